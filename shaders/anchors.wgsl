@@ -12,8 +12,6 @@ const ANCHOR_COLUMN: u32 = 0u; //@spec
 // By anchor, the last axis fastest: m0, a slope for each axis, the columns of the inverse of W. Beside m0 stands what the
 // edges of its cell miss; below zero where no sample may start.
 @group(0) @binding(4) var<storage, read> anchors: array<vec4<f32>>;
-// How many samples are left for the kernel that starts from rest, and which.
-@group(0) @binding(5) var<storage, read_write> left_samples: array<atomic<u32>>;
 
 //@if ANCHORED
 // A cell, as its first corner, and what its edges miss.
@@ -90,19 +88,6 @@ fn anchored_end() -> PathEnd {
         end.close = at.mismatch * at.mismatch < settings.tolerance;
     }
     return end;
-}
-
-// Leaves a sample that was not certified for the kernel that starts from rest.
-fn leave_pending(sample: u32) {
-    if outputs[output_base + STATUS_COLUMN * BLOCK] != settings.mark + f32(STATUS_PENDING) { return; }
-    let place = atomicAdd(&left_samples[0], 1u);
-    atomicStore(&left_samples[1u + place], sample);
-}
-//@else
-// One of the samples that were left; none where there are no more.
-fn left_sample(place: u32) -> u32 {
-    if place >= atomicLoad(&left_samples[0]) { return settings.sample_count; }
-    return atomicLoad(&left_samples[1u + place]);
 }
 //@end
 //@end

@@ -13,9 +13,6 @@ struct Settings {
     sample_count: u32,
     // Always zero, which no compiler can know.
     zero: u32,
-    // Which ways to the full load are tried, of those in path.wgsl.
-    first_path: u32,
-    last_path: u32,
 }
 
 @group(0) @binding(0) var<uniform> settings: Settings;

@@ -42,6 +42,10 @@ fn chord_steps(rod: Rod, end: ptr<function, PathEnd>, moves: bool) -> Check {
     var bound = ANCHOR_TRUST;
     //@end
     for (var i = 0u; i <= CHORD_LIMIT; i++) {
+        //@if ANCHORED
+        // Samples that need no step before the check wait for their neighbours' first step, so that all of them check together.
+        if moves && i == 0u && (*end).close { continue; }
+        //@end
         let checks = !moving || i == CHORD_LIMIT;
         check = Check((*end).m0, shoot(select(FINE, CHECK, checks), rod, 1.0, (*end).m0, NO_COLUMNS, false));
         let delta = chord_step((*end).inverse, check.tip.m - rod.l_tip, last, square);

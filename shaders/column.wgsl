@@ -1,5 +1,8 @@
 // Sensitivity columns in threes: virtual rotation w, displacement dp and dM of each. J1 to J4. src/lanes/column.rs
 
+// Columns of a three that an invocation carries.
+const COLUMN_COUNT: u32 = 3u; //@spec
+
 //@if !VARYING_FIELD
 // Three columns; those of a unit tip force carry dn = e_k.
 struct Columns {
@@ -91,7 +94,7 @@ fn step_columns_r(rod: Rod, segment: Flexible, lambda: f32, step: Step, k: u32, 
     //@if MAGNET
     let mu = segment.mu * lambda;
     //@end
-    for (var c = 0u; c < 3u; c++) { //@unroll UNROLLED
+    for (var c = 0u; c < COLUMN_COUNT; c++) { //@unroll UNROLLED
         var dw: array<vec3<f32>, STAGES>;
         var ddp: array<vec3<f32>, STAGES>;
         //@if DM_VARIES

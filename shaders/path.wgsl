@@ -30,12 +30,13 @@ const FOLD_MARGIN: f32 = 0.0; //@spec
 // How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
 const RAMP: u32 = 0u;
 const GUARDED_RAMP: u32 = 1u;
+// Of these, the first and the last that this kernel knows.
+const FIRST_PATH: u32 = 0u; //@spec
+const LAST_PATH: u32 = 1u; //@spec
 // Not from rest: from a given base moment, away from known equilibria.
 const SEARCH: u32 = 2u;
-//@if ANCHORED
 // From the base moment that anchors predict, along no path at all.
 const ANCHORED: u32 = 3u;
-//@end
 
 // The last accepted states, for the prediction of the next.
 struct History {
@@ -113,7 +114,14 @@ fn leaps(square: f32, last_square: f32) -> bool {
 //@end
 
 // Follows the equilibrium from rest to the full load on the coarse grid; where a path fails, the next.
+//@if LANES
+//
+// Invocations whose sample is `done` go on beside those of their workgroup.
+fn follow_path(rod: Rod, first: u32, rest: RestSlope, is_done: bool) -> PathEnd {
+    var done = is_done;
+//@else
 fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
+//@end
     var end: PathEnd;
     var step = 0.0;
     var goal = 0.0;
@@ -133,8 +141,15 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
     var started = false;
     end.path = first;
     loop {
+        //@if LANES
+        if !is_any_busy(!done) { break; }
+        //@end
         //@if GUARDS
+        //@if RAMPS
         let guarded = end.path == GUARDED_RAMP;
+        //@else
+        let guarded = true;
+        //@end
         //@else
         let guarded = false;
         //@end
@@ -161,6 +176,10 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
             end.exhausted = false;
             started = true;
         }
+        //@if LANES
+        let tip = shoot_on_lanes(rod, goal, end.m0);
+        if done { continue; }
+        //@else
         columns[BY_MOMENT] = moment_columns();
         var taken = PATH_COLUMNS;
         //@if GUARDS
@@ -170,6 +189,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         }
         //@end
         let tip = shoot(select(COARSE, CAREFUL, guarded), rod, goal, end.m0, taken, guarded);
+        //@end
         let residual = tip.m - rod.l_tip * goal;
         let w = tip_moment_columns(tip, BY_MOMENT);
         let w_inverse = inverse(w);
@@ -264,7 +284,12 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         // The step was rejected for its stability, not for Newton's method.
         let unstable = converged && !same_branch && is_sharp(w);
         end.fold = guarded && failed && !end.exhausted && (unstable || !is_above(weakest, FOLD_MARGIN));
-        if end.reached || failed && end.path >= settings.last_path { break; }
+        //@if LANES
+        done = end.reached || failed;
+        if done { continue; }
+        //@else
+        if end.reached || failed && end.path >= LAST_PATH { break; }
+        //@end
         if failed {
             end.path += 1u;
             started = false;

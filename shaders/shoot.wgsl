@@ -43,11 +43,16 @@ fn shoot(resolution: u32, rod: Rod, lambda: f32, m0: vec3<f32>, taken: u32, reco
     var n = rod.n0 * lambda;
     var s = 0.0;
     let shortest = rod.flexible_length * SHORTEST_INTERVAL;
-    let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution <= CAREFUL);
+    let tableau = select(TABLEAU_COUNT - 1u, 0u, resolution == COARSE);
+    //@if LANES
+    // Another invocation carries them.
+    let rotates = true;
+    //@else
     //@if ROTATION
     let rotates = (taken & (1u << BY_ROTATION)) != 0u;
     //@else
     let rotates = false;
+    //@end
     //@end
     //@if COLLECTS_RESPONSES
     let complete = collects_traces;

@@ -28,9 +28,15 @@ fn add_station(rotates: bool, shortest: f32, s: f32, end: Tip) {
         return;
     }
     //@if ROTATION
-    if s - station.s <= shortest { return; }
+    //@if LANES
+    share_column();
+    let by_moment = shared_rotation(0u);
+    let by_rotation = shared_rotation(3u);
+    //@else
     let by_moment = columns[BY_MOMENT].w;
     let by_rotation = columns[BY_ROTATION].w;
+    //@end
+    if s - station.s <= shortest { return; }
     let b = by_moment * transpose(station.by_rotation) - by_rotation * transpose(station.by_moment);
     let q = transpose(station.by_moment) * (inverse(b) * by_moment);
     station = Station(by_moment, by_rotation, s, station.index + negative_count(q));

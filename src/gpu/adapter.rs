@@ -184,6 +184,8 @@ pub(super) fn enumerate() -> Vec<wgpu::Adapter> {
     let instance = INSTANCE.get_or_init(|| {
         wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: wgpu::Backends::PRIMARY,
+            // Lists of samples on the device are never longer than their dispatch.
+            flags: wgpu::InstanceFlags::default() - wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL,
             ..wgpu::InstanceDescriptor::new_without_display_handle()
         })
     });

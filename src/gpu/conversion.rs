@@ -44,8 +44,6 @@ pub(super) struct OutputConversion<'a> {
     pub units: &'a [f64],
     /// What the dispatch added to each status.
     pub mark: f64,
-    /// Whether samples may be left for another dispatch.
-    pub in_stages: bool,
 }
 
 impl OutputConversion<'_> {
@@ -74,7 +72,6 @@ impl OutputConversion<'_> {
         for lane in 0..lanes {
             match self.written_status(from[status + lane].into()) {
                 None => unwritten += 1,
-                Some(Status::Pending) => to[status + lane] = f64::from(Status::Pending.code()),
                 Some(_) if self.batch.bad[first + lane] => {
                     to.iter_mut().skip(lane).step_by(BLOCK).for_each(|x| *x = f64::NAN);
                     to[status + lane] = f64::from(Status::BadParameter.code());
@@ -90,7 +87,7 @@ impl OutputConversion<'_> {
         let code = stored - self.mark;
         let is_code = (0.0..256.0).contains(&code) && code.fract() == 0.0;
         let status = if is_code { Status::from_code(code as u8) } else { None };
-        status.filter(|status| *status != Status::Pending || self.in_stages)
+        status.filter(|status| *status != Status::Pending)
     }
 }
 

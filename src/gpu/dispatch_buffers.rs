@@ -1,8 +1,9 @@
 //! The buffers of one dispatch: settings, inputs and outputs on the device, and a copy that the host can read.
 
-use super::bindings::bind_group;
 use super::device::{Device, failed};
+use super::device_time::{DeviceTime, LISTS, Stage};
 use super::pipelines::SolvePipeline;
+use super::rounds::{Rounds, Work};
 use super::shader::{Settings, WORKGROUP_SIZE};
 use crate::backend::{BackendError, Precision};
 use crate::model::BLOCK;
@@ -11,8 +12,12 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use wgpu::BufferUsages as Usage;
 
-/// Bytes of the timestamps before the outputs in the staging buffer: start of the kernels, their end, end of the copies.
-const STAMP_BYTES: u64 = 24;
+/// Timestamps of a dispatch at most: start and end of each kernel, end of the copies.
+const MOST_STAMPS: u32 = 2 * Stage::COUNT as u32 + 1;
+/// Bytes of the timestamps in the staging buffer, and of the counts that follow, before the outputs.
+const STAMP_BYTES: u64 = 8 * MOST_STAMPS as u64;
+const COUNT_BYTES: u64 = 8 * LISTS as u64;
+const HEAD_BYTES: u64 = STAMP_BYTES + COUNT_BYTES;
 
 /// How much a dispatch can hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,10 +37,8 @@ pub(super) struct DispatchBuffers {
     pub inputs: wgpu::Buffer,
     pub outputs: wgpu::Buffer,
     staging: wgpu::Buffer,
-    /// Which samples anchors leave to the way from rest; their number comes first.
-    left_samples: Option<wgpu::Buffer>,
+    rounds: Rounds,
     stamps: Option<Stamps>,
-    bind_group: wgpu::BindGroup,
     pub capacity: Capacity,
 }
 
@@ -47,18 +50,13 @@ struct Stamps {
     of_copies: bool,
 }
 
-/// Time by the device's own clock (s); `None` where the device does not tell.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct DeviceTime {
-    pub kernels: Option<f64>,
-    pub copies: Option<f64>,
-}
-
 /// A dispatch that was handed to the device.
 pub(super) struct Submission {
     readback: Readback,
     /// Its number, by which tests plan faults.
     number: u64,
+    /// Its kernels, in order.
+    stages: Vec<Stage>,
     /// Byte at which rows start among what comes back.
     rows_at: usize,
     precision: Precision,
@@ -73,9 +71,10 @@ struct Readback {
 
 type Mapped = Receiver<Result<(), wgpu::BufferAsyncError>>;
 
-/// A kernel and its buffers.
+/// A kernel for every sample of a dispatch, and its buffers.
 #[derive(Clone, Copy)]
 pub(super) struct KernelPass<'a> {
+    pub stage: Stage,
     pub pipeline: &'a wgpu::ComputePipeline,
     pub bind_group: &'a wgpu::BindGroup,
 }
@@ -101,56 +100,55 @@ impl DispatchBuffers {
         // A binding may not be empty.
         let inputs = device.buffer("inputs", capacity.inputs.max(8), both)?;
         let outputs = device.buffer("outputs", capacity.outputs, Usage::STORAGE | Usage::COPY_SRC)?;
-        let staging = device.buffer("staging", capacity.staging + STAMP_BYTES, Usage::MAP_READ | Usage::COPY_DST)?;
-        let left_samples = match solver.anchored {
-            Some(_) => {
-                Some(device.buffer("samples left", 4 + 4 * capacity.samples, Usage::STORAGE | Usage::COPY_DST)?)
-            }
-            None => None,
-        };
-        let mut buffers = vec![&settings, &solver.constants, &inputs, &outputs];
-        buffers.extend(solver.anchored.as_ref().map(|(_, anchors)| anchors).into_iter().chain(&left_samples));
-        let bind_group = bind_group(device, &solver.layout, &buffers)?;
+        let staging = device.buffer("staging", capacity.staging + HEAD_BYTES, Usage::MAP_READ | Usage::COPY_DST)?;
+        let rounds = Rounds::new(device, solver, [&settings, &inputs, &outputs], capacity.samples)?;
         let stamps = if device.adapter().has_timestamps { Some(timestamps(device)?) } else { None };
-        Ok(Self { settings, inputs, outputs, staging, left_samples, stamps, bind_group, capacity })
+        Ok(Self { settings, inputs, outputs, staging, rounds, stamps, capacity })
     }
 
     /// Submits one dispatch.
-    pub fn submit(&self, device: &Device, solver: &SolvePipeline, dispatch: &Dispatch) -> Submission {
+    pub fn submit<'a>(&'a self, device: &Device, solver: &'a SolvePipeline, dispatch: &'a Dispatch) -> Submission {
         device.queue.write_buffer(&self.settings, 0, &dispatch.settings.bytes(solver.precision));
         if !dispatch.inputs.is_empty() {
             device.queue.write_buffer(&self.inputs, 0, dispatch.inputs);
         }
         let mut encoder = device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let timestamp_writes = self.stamps.as_ref().map(|stamps| wgpu::ComputePassTimestampWrites {
-            query_set: &stamps.set,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
-        });
-        if let Some(left_samples) = &self.left_samples {
-            encoder.clear_buffer(left_samples, 0, Some(4));
+        self.rounds.clear(device);
+        let sample_count = dispatch.settings.sample_count;
+        let all =
+            |pass: &KernelPass<'a>| Work { stage: pass.stage, kernels: vec![(pass.pipeline, pass.bind_group, None)] };
+        let mut works: Vec<Work> = dispatch.before.iter().map(all).collect();
+        works.extend(self.rounds.works(&solver.solver));
+        works.extend(dispatch.after.iter().map(all));
+        for (k, work) in (0..).zip(&works) {
+            let timestamp_writes = self.stamps.as_ref().map(|stamps| wgpu::ComputePassTimestampWrites {
+                query_set: &stamps.set,
+                beginning_of_pass_write_index: Some(2 * k),
+                end_of_pass_write_index: Some(2 * k + 1),
+            });
+            let label = Some(work.stage.name());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes });
+            for (pipeline, bind_group, list) in &work.kernels {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, *bind_group, &[]);
+                match list {
+                    Some((list, at)) => pass.dispatch_workgroups_indirect(list, *at),
+                    None => pass.dispatch_workgroups(sample_count.max(1).div_ceil(WORKGROUP_SIZE), 1, 1),
+                }
+            }
         }
-        let mut pass =
-            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("solve"), timestamp_writes });
-        let Settings { first_path, last_path, sample_count, .. } = dispatch.settings;
-        let solve = KernelPass { pipeline: solver.pipeline((first_path, last_path)), bind_group: &self.bind_group };
-        let anchored = solver.anchored.as_ref().map(|(pipeline, _)| KernelPass { pipeline, ..solve });
-        for kernel in dispatch.before.iter().chain(&anchored).chain([&solve]).chain(&dispatch.after) {
-            pass.set_pipeline(kernel.pipeline);
-            pass.set_bind_group(0, kernel.bind_group, &[]);
-            pass.dispatch_workgroups(sample_count.max(1).div_ceil(WORKGROUP_SIZE), 1, 1);
-        }
-        drop(pass);
-        let (mut at, mut rows_at) = (STAMP_BYTES, STAMP_BYTES);
+        self.rounds.copy_counts(&mut encoder, &self.staging, STAMP_BYTES);
+        let (mut at, mut rows_at) = (HEAD_BYTES, HEAD_BYTES);
         for (buffer, bytes) in dispatch.copies {
             encoder.copy_buffer_to_buffer(buffer, 0, &self.staging, at, *bytes);
             (at, rows_at) = (at + bytes, at);
         }
         if let Some(Stamps { set, resolved, of_copies }) = &self.stamps {
+            let of_kernels = 2 * works.len() as u32;
             if *of_copies {
-                encoder.write_timestamp(set, 2);
+                encoder.write_timestamp(set, of_kernels);
             }
-            let count = 2 + u32::from(*of_copies);
+            let count = of_kernels + u32::from(*of_copies);
             encoder.resolve_query_set(set, 0..count, resolved, 0);
             encoder.copy_buffer_to_buffer(resolved, 0, &self.staging, 0, u64::from(8 * count));
         }
@@ -159,9 +157,10 @@ impl DispatchBuffers {
         if is_lost {
             device.destroy();
         }
-        let rows_at = (rows_at - STAMP_BYTES) as usize;
+        let rows_at = (rows_at - HEAD_BYTES) as usize;
         let readback = Readback { submission, mapped: map(&self.staging, at), bytes: at };
-        Submission { readback, number, rows_at, precision: solver.precision }
+        let stages = works.iter().map(|work| work.stage).collect();
+        Submission { readback, number, stages, rows_at, precision: solver.precision }
     }
 
     /// Waits for a dispatch, hands what came back to `read` and returns the time that the device took.
@@ -173,12 +172,22 @@ impl DispatchBuffers {
     ) -> Result<DeviceTime, BackendError> {
         let mut time = DeviceTime::default();
         receive(device, &self.staging, &submission.readback, |bytes| {
-            let (stamps, outputs) = bytes.split_at(STAMP_BYTES as usize);
+            let (head, outputs) = bytes.split_at(HEAD_BYTES as usize);
+            let (stamps, counts) = head.split_at(STAMP_BYTES as usize);
+            let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|byte| counts[4 * at + byte]));
+            time.left = std::array::from_fn(|list| [word(2 * list), word(2 * list + 1)]);
             if let Some(Stamps { of_copies, .. }) = &self.stamps {
                 let stamp = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| stamps[at + byte]));
                 let period = f64::from(device.queue.get_timestamp_period()) * 1e-9;
-                let seconds = |from: usize, to: usize| stamp(to).saturating_sub(stamp(from)) as f64 * period;
-                time = DeviceTime { kernels: Some(seconds(0, 8)), copies: of_copies.then(|| seconds(8, 16)) };
+                let seconds = |from: usize, to: usize| stamp(8 * to).saturating_sub(stamp(8 * from)) as f64 * period;
+                let count = submission.stages.len();
+                let stages = submission.stages.iter().enumerate();
+                time = DeviceTime {
+                    kernels: Some(seconds(0, 2 * count - 1)),
+                    stages: stages.map(|(k, stage)| (*stage, seconds(2 * k, 2 * k + 1))).collect(),
+                    copies: of_copies.then(|| seconds(2 * count - 1, 2 * count)),
+                    ..time
+                };
             }
             let block_bytes = (self.capacity.outputs * BLOCK as u64 / self.capacity.samples.max(1)) as usize;
             let layout = (block_bytes, submission.precision);
@@ -241,7 +250,8 @@ pub(super) fn read_back(
 }
 
 fn timestamps(device: &Device) -> Result<Stamps, BackendError> {
-    let descriptor = wgpu::QuerySetDescriptor { label: Some("timestamps"), ty: wgpu::QueryType::Timestamp, count: 3 };
+    let descriptor =
+        wgpu::QuerySetDescriptor { label: Some("timestamps"), ty: wgpu::QueryType::Timestamp, count: MOST_STAMPS };
     let set = device.scoped("timestamps", || device.raw.create_query_set(&descriptor))?;
     let resolved = device.buffer("timestamps", STAMP_BYTES, Usage::QUERY_RESOLVE | Usage::COPY_SRC)?;
     let of_copies = device.raw.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);

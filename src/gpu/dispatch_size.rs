@@ -1,10 +1,13 @@
 //! How much work the device gets at once: no dispatch keeps it busy for long, and its memory suffices.
 
+use super::adapter::AdapterKind;
+
 /// Time that a dispatch should take (s); some systems reset a device that is busy much longer.
 const TARGET: f64 = 0.1;
 
-/// Blocks of the first dispatch on an unknown device.
+/// Blocks of the first dispatch on an unknown device, and on a card of its own.
 const FIRST_BLOCKS: usize = 16;
+const FIRST_ON_A_CARD: usize = 256;
 
 /// Growth from one dispatch to the next at most.
 const GROWTH: f64 = 4.0;
@@ -18,8 +21,9 @@ pub(super) struct DispatchSize {
 
 impl DispatchSize {
     /// Starts small; never exceeds `limit` blocks.
-    pub fn new(limit: usize) -> Self {
-        Self { blocks: FIRST_BLOCKS.min(limit), limit }
+    pub fn new(limit: usize, kind: AdapterKind) -> Self {
+        let first = if kind == AdapterKind::Discrete { FIRST_ON_A_CARD } else { FIRST_BLOCKS };
+        Self { blocks: first.min(limit), limit }
     }
 
     /// Blocks of the next dispatch.
@@ -56,12 +60,12 @@ impl DispatchSize {
 
 #[cfg(test)]
 mod tests {
-    use super::DispatchSize;
+    use super::{AdapterKind, DispatchSize};
 
     #[test]
     fn grows_to_the_target_and_no_further() {
         let seconds_per_block = 0.001;
-        let mut size = DispatchSize::new(1000);
+        let mut size = DispatchSize::new(1000, AdapterKind::Virtual);
         for _ in 0..5 {
             size.learn(size.blocks(), size.blocks() as f64 * seconds_per_block);
         }
@@ -70,7 +74,7 @@ mod tests {
 
     #[test]
     fn respects_its_limit_and_stays_above_zero() {
-        let mut size = DispatchSize::new(20);
+        let mut size = DispatchSize::new(20, AdapterKind::Virtual);
         size.learn(16, 0.0);
         assert_eq!(size.blocks(), 20);
         size.learn(20, 1e6);
@@ -79,14 +83,14 @@ mod tests {
 
     #[test]
     fn gives_half_until_one_is_left() {
-        let mut size = DispatchSize::new(20);
+        let mut size = DispatchSize::new(20, AdapterKind::Virtual);
         assert!(size.halve(16));
         assert_eq!(size.blocks(), 8);
         size.learn(8, 0.0);
         assert_eq!(size.blocks(), 8);
         assert!(size.halve(3) && !size.halve(1));
         assert_eq!(size.blocks(), 1);
-        let mut size = DispatchSize::new(20);
+        let mut size = DispatchSize::new(20, AdapterKind::Virtual);
         size.ease();
         assert_eq!(size.blocks(), 8);
         size.learn(8, 0.0);
@@ -97,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_short_last_dispatch_does_not_slow_the_next_batch() {
-        let mut size = DispatchSize::new(1000);
+        let mut size = DispatchSize::new(1000, AdapterKind::Virtual);
         size.learn(16, 0.001);
         size.learn(1, 0.05);
         assert_eq!(size.blocks(), 64);

@@ -8,7 +8,7 @@ use super::dispatch_buffers::{Capacity, Dispatch, DispatchBuffers};
 use super::dispatch_size::DispatchSize;
 use super::pipelines::{SolvePipeline, TurnPipeline};
 use super::self_test::expect_right;
-use super::shader::{ALL_PATHS, Kernel, Paths, Settings, WORKGROUP_SIZE, input_units};
+use super::shader::{HANDOVER_COUNT, Kernel, Settings, WORKGROUP_SIZE, input_units};
 use super::timings::Timings;
 use crate::backend::{BackendError, Precision};
 use crate::model::{BLOCK, Batch, Plan};
@@ -53,6 +53,7 @@ impl Dispatcher {
         let start = Instant::now();
         let solver = SolvePipeline::new(&device, plan, kernel)?;
         let compile = start.elapsed().as_secs_f64();
+        let kind = device.adapter().kind;
         let mut dispatcher = Self {
             timings: Timings { open: device.open_seconds, compile, ..Timings::default() },
             device,
@@ -63,7 +64,7 @@ impl Dispatcher {
             nodes: None,
             refuses_nodes: false,
             buffers: Vec::new(),
-            size: DispatchSize::new(block_limit),
+            size: DispatchSize::new(block_limit, kind),
             mark: 0,
             input_units: input_units(plan),
             output_units: output_units(plan),
@@ -80,8 +81,10 @@ impl Dispatcher {
         self.kernel.entry_point
     }
 
-    /// Leaves samples that need the guarded ramp for dispatches of their own, or not.
+    /// Solves by short kernels, or by one.
     pub fn set_stages(&mut self, in_stages: bool) -> Result<(), BackendError> {
+        // Bind groups are those of the kernels.
+        self.buffers.clear();
         self.solver.set_stages(&self.device, &self.kernel, in_stages)
     }
 
@@ -95,7 +98,7 @@ impl Dispatcher {
         self.reserve(0, 1)?;
         let buffers = &self.buffers[0];
         let copies = [(&buffers.outputs, self.output_bytes(1))];
-        let submission = buffers.submit(&self.device, &self.solver, &self.dispatch(0.0, ALL_PATHS, 0, &copies));
+        let submission = buffers.submit(&self.device, &self.solver, &self.dispatch(0.0, 0, &copies));
         buffers.finish(&self.device, &submission, |_| {})?;
         self.timings.first_dispatch = start.elapsed().as_secs_f64();
         self.store_pipelines();
@@ -108,15 +111,9 @@ impl Dispatcher {
     }
 
     /// A dispatch of samples whose inputs the device has; no other kernel runs before or after.
-    pub fn dispatch<'a>(
-        &self,
-        mark: f64,
-        paths: Paths,
-        sample_count: u32,
-        copies: &'a [(&'a wgpu::Buffer, u64)],
-    ) -> Dispatch<'a> {
+    pub fn dispatch<'a>(&self, mark: f64, sample_count: u32, copies: &'a [(&'a wgpu::Buffer, u64)]) -> Dispatch<'a> {
         let of_plan = Settings::of(&self.plan, self.precision);
-        let settings = Settings { mark, sample_count, first_path: paths.0, last_path: paths.1, ..of_plan };
+        let settings = Settings { mark, sample_count, ..of_plan };
         Dispatch { settings, inputs: &[], before: None, after: None, copies }
     }
 
@@ -140,8 +137,7 @@ impl Dispatcher {
 
     /// How the outputs of a dispatch become solutions of a batch.
     pub fn conversion<'a>(&'a self, batch: &'a Batch, mark: f64) -> OutputConversion<'a> {
-        let in_stages = self.solver.is_in_stages();
-        OutputConversion { plan: &self.plan, batch, units: &self.output_units, mark, in_stages }
+        OutputConversion { plan: &self.plan, batch, units: &self.output_units, mark }
     }
 
     /// Makes sure that these buffers exist and hold so many blocks, or fewer where memory does not suffice. Returns how
@@ -237,8 +233,9 @@ impl Dispatcher {
 pub(super) fn block_limit(device: &Device, plan: &Plan, precision: Precision, budget: u64) -> usize {
     let limits = device.adapter();
     let columns = plan.output_count().max(plan.input_count);
-    let bytes = budget.min(limits.max_buffer_size / 2).min(limits.max_storage_binding_size);
-    let by_size = bytes / (precision.size() * BLOCK * columns) as u64;
+    let block_bytes = |columns: usize| (precision.size() * BLOCK * columns) as u64;
+    let largest = limits.max_storage_binding_size.min(limits.max_buffer_size / 2);
+    let by_size = (budget / block_bytes(columns)).min(largest / block_bytes(columns.max(HANDOVER_COUNT)));
     let by_workgroups = u64::from(limits.max_workgroups) * u64::from(WORKGROUP_SIZE) / BLOCK as u64;
     by_size.min(by_workgroups).max(1) as usize
 }

@@ -3,10 +3,12 @@
 use super::device::{Device, failed};
 use super::dispatcher::{Dispatcher, block_limit};
 use super::self_test::expect_right;
-use super::shader::{KERNELS, Kernel, fits, integrated, pass_limit};
+use super::shader::{KERNELS, Kernel, fits, has_anchors, integrated, pass_limit};
 use super::timings::Timings;
 use super::{solve_batch, voxel_sweep};
-use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, ReduceJob, Reduced, Returned};
+use crate::backend::{
+    Backend, BackendError, BackendInfo, BackendKind, Precision, ReduceJob, Reduced, Returned, RungCount,
+};
 use crate::model::{BLOCK, Batch, Plan, Solutions};
 
 /// Outputs of one dispatch at most (bytes).
@@ -75,13 +77,13 @@ impl Gpu {
         Ok(Self { dispatcher, counts_on_device, block_limit })
     }
 
-    /// The same engine with samples that need the guarded ramp solved in dispatches of their own, or among others.
+    /// The same engine with samples solved by short kernels, one after the other, or each by one kernel.
     ///
-    /// Without it they have dispatches of their own on hardware, and stay among others on a software adapter.
+    /// Without it hardware takes short kernels, and a software adapter one.
     ///
     /// # Errors
     ///
-    /// `DeviceFailed`, `OutOfMemory`: the kernel for this could not be compiled.
+    /// `DeviceFailed`, `OutOfMemory`: a kernel for this could not be compiled.
     pub fn with_stages(mut self, in_stages: bool) -> Result<Self, BackendError> {
         self.dispatcher.set_stages(in_stages)?;
         Ok(self)
@@ -163,5 +165,9 @@ impl Backend for Gpu {
 
     fn timings(&self) -> Vec<(&'static str, f64)> {
         self.dispatcher.timings.named()
+    }
+
+    fn rungs(&self) -> Vec<RungCount> {
+        self.dispatcher.timings.rungs(has_anchors(&self.dispatcher.plan))
     }
 }

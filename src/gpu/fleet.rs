@@ -3,7 +3,7 @@
 use super::device::{Device, failed, reason};
 use super::engine::Gpu;
 use super::split_by_weight::split_by_weight;
-use crate::backend::{Backend, BackendError, BackendInfo, Precision, ReduceJob, Reduced, Returned};
+use crate::backend::{Backend, BackendError, BackendInfo, Precision, ReduceJob, Reduced, Returned, RungCount};
 use crate::clock::Busy;
 use crate::model::{BLOCK, Batch, Blocks, Plan, Solutions};
 use std::collections::HashMap;
@@ -298,6 +298,21 @@ impl Backend for Fleet {
             match sums.get_mut(at) {
                 Some((_, sum)) => *sum += seconds,
                 None => sums.push((name, seconds)),
+            }
+        }
+        sums
+    }
+
+    fn rungs(&self) -> Vec<RungCount> {
+        let mut sums: Vec<RungCount> = Vec::new();
+        for one in self.members.iter().flat_map(|member| member.gpu.rungs()) {
+            match sums.iter_mut().find(|sum| sum.rung == one.rung) {
+                Some(sum) => {
+                    sum.samples += one.samples;
+                    sum.left += one.left;
+                    sum.seconds += one.seconds;
+                }
+                None => sums.push(one),
             }
         }
         sums

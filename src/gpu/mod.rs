@@ -4,14 +4,14 @@
 //! |---|---|
 //! | [`shader`] | how pieces of WGSL and a plan become the source of a kernel; no device |
 //! | `adapter`, `device`, `pipeline_cache`, `self_test`, `faults` | which GPUs there are, and how one is opened, checked and watched |
-//! | `bindings`, `pipelines`, `compiled_kernels`, `dispatch_buffers` | a kernel, compiled, and the buffers of one dispatch |
+//! | `bindings`, `pipelines`, `compiled_kernels`, `rounds`, `dispatch_buffers` | kernels, compiled, their order, and the buffers of one dispatch |
 //! | `dispatch_size`, `dispatcher` | how much work goes to the device at once, and what follows a loss or a shortage |
 //! | `solve_batch`, `conversion` | a batch cut into dispatches, and its numbers in SI |
 //! | `turns` | samples that take many turns, with memory that outlasts a dispatch |
 //! | `node_batch`, `growth` | samples that a single pass does not tell, solved by nodes |
 //! | `varying_batch` | samples in a field that varies in space |
 //! | `voxel_sweep`, `voxel_kernels`, `voxel_pilot`, `returned_rows` | a sweep without rows, counted on the device |
-//! | `engine`, `fleet`, `split_by_weight`, `timings` | the engine as a backend, on one device or several |
+//! | `engine`, `fleet`, `split_by_weight`, `device_time`, `timings` | the engine as a backend, on one device or several |
 //!
 //! Only this module names wgpu.
 
@@ -20,6 +20,7 @@ mod bindings;
 mod compiled_kernels;
 mod conversion;
 mod device;
+mod device_time;
 mod dispatch_buffers;
 mod dispatch_size;
 mod dispatcher;
@@ -31,6 +32,7 @@ mod node_batch;
 mod pipeline_cache;
 mod pipelines;
 mod returned_rows;
+mod rounds;
 mod self_test;
 #[doc(hidden)]
 pub mod shader;
@@ -47,6 +49,7 @@ mod voxel_sweep;
 
 pub use adapter::{AdapterKind, AdapterSummary, adapters};
 pub use device::{Device, chosen_adapters};
+pub use device_time::Stage;
 pub use engine::Gpu;
 pub use fleet::{Fleet, open};
 pub use pipeline_cache::cache_directory;

@@ -2,71 +2,104 @@
 
 use super::bindings::bind_group_layout;
 use super::device::{Device, failed};
-use super::shader::{Kernel, Paths, QUICK_PATHS, anchor_numbers, check, constants, float_bytes};
+use super::shader::{Kernel, anchor_numbers, check, constants, float_bytes};
 use crate::backend::{BackendError, Precision};
 use crate::model::Plan;
 use wgpu::{BufferBindingType as Kind, BufferUsages as Usage};
 
-/// The solving kernel of one plan, ready to run.
+/// The solving kernels of one plan, ready to run.
 pub(super) struct SolvePipeline {
     pub precision: Precision,
     pub layout: wgpu::BindGroupLayout,
-    pub pipeline: wgpu::ComputePipeline,
-    /// Where samples that need the guarded ramp are left for dispatches of their own: what solves the others.
-    pub quick: Option<wgpu::ComputePipeline>,
-    /// Where the plan has anchors: what runs first, and their numbers.
-    pub anchored: Option<(wgpu::ComputePipeline, wgpu::Buffer)>,
+    pub solver: Solver,
     pub constants: wgpu::Buffer,
+    /// Numbers of the plan's anchors; nothing to speak of without any.
+    pub anchors: wgpu::Buffer,
+}
+
+/// How samples are solved.
+pub(super) enum Solver {
+    /// Each by one kernel. Where the plan has anchors another comes first, and leaves to it what they do not certify.
+    Whole { anchored: Option<wgpu::ComputePipeline>, whole: wgpu::ComputePipeline },
+    /// By short kernels, one after the other.
+    Stages(Box<StagePipelines>),
+    /// All of them one turn further at a time.
+    Turns(wgpu::ComputePipeline),
+}
+
+/// See [`Stages`].
+pub(super) struct StagePipelines {
+    pub anchored: Option<wgpu::ComputePipeline>,
+    pub path: wgpu::ComputePipeline,
+    pub guarded: wgpu::ComputePipeline,
+    /// Whether `guarded` takes several invocations a sample.
+    pub is_on_lanes: bool,
+    pub check: wgpu::ComputePipeline,
+    pub columns: wgpu::ComputePipeline,
+    pub columns_again: wgpu::ComputePipeline,
 }
 
 impl SolvePipeline {
+    /// Compiles a kernel: in stages where it has any and the device is hardware. On a processor of few threads a dispatch of
+    /// few samples leaves some of them idle.
     pub fn new(device: &Device, plan: &Plan, kernel: &Kernel) -> Result<Self, BackendError> {
         let precision = kernel.precision;
         let numbers = |what: &str, values: &[f64]| {
             let values = float_bytes(values, precision);
-            let buffer = device.buffer(what, values.len() as u64, Usage::STORAGE | Usage::COPY_DST)?;
+            // A binding may not be empty.
+            let buffer = device.buffer(what, values.len().max(16) as u64, Usage::STORAGE | Usage::COPY_DST)?;
             device.queue.write_buffer(&buffer, 0, &values);
             Ok::<_, BackendError>(buffer)
         };
         let constants = numbers("constants", &constants(plan))?;
+        let anchors = numbers("anchors", &anchor_numbers(plan))?;
         if kernel.takes_turns() {
             let TurnPipeline { layout, pipeline } = TurnPipeline::new(device, kernel)?;
-            return Ok(Self { precision, layout, pipeline, quick: None, anchored: None, constants });
+            return Ok(Self { precision, layout, solver: Solver::Turns(pipeline), constants, anchors });
         }
         let (read, write) = (Kind::Storage { read_only: true }, Kind::Storage { read_only: false });
-        let kinds = [Kind::Uniform, read, read, write, read, write];
-        let kinds = if kernel.anchored.is_some() { &kinds[..] } else { &kinds[..4] };
-        let layout = bind_group_layout(device, "batch", kinds)?;
-        let pipeline = compile(device, &layout, kernel)?;
-        let anchored = match &kernel.anchored {
-            Some(anchored) => Some((compile(device, &layout, anchored)?, numbers("anchors", &anchor_numbers(plan))?)),
-            None => None,
-        };
-        let mut solver = Self { precision, layout, pipeline, quick: None, anchored, constants };
-        // On a processor of few threads a dispatch of few samples leaves some of them idle.
-        solver.set_stages(device, kernel, !device.adapter().is_software())?;
-        Ok(solver)
+        let kinds = [Kind::Uniform, read, read, write, read, read, write, write];
+        let layout = bind_group_layout(device, "batch", &kinds)?;
+        let solver = Solver::new(device, &layout, kernel, !device.adapter().is_software())?;
+        Ok(Self { precision, layout, solver, constants, anchors })
     }
 
-    /// Leaves samples that need the guarded ramp for dispatches of their own, or not.
+    /// Solves by short kernels where there are any, or by one.
     pub fn set_stages(&mut self, device: &Device, kernel: &Kernel, in_stages: bool) -> Result<(), BackendError> {
-        self.quick = match &kernel.quick {
-            Some(quick) if in_stages => Some(compile(device, &self.layout, quick)?),
-            _ => None,
-        };
+        if !kernel.takes_turns() {
+            self.solver = Solver::new(device, &self.layout, kernel, in_stages)?;
+        }
         Ok(())
     }
 
-    /// Whether samples that need the guarded ramp are left for dispatches of their own.
+    /// Whether samples are solved by short kernels.
     pub fn is_in_stages(&self) -> bool {
-        self.quick.is_some()
+        matches!(self.solver, Solver::Stages(_))
     }
+}
 
-    /// What solves by these paths.
-    pub fn pipeline(&self, paths: Paths) -> &wgpu::ComputePipeline {
-        match &self.quick {
-            Some(quick) if paths == QUICK_PATHS => quick,
-            _ => &self.pipeline,
+impl Solver {
+    fn new(
+        device: &Device,
+        layout: &wgpu::BindGroupLayout,
+        kernel: &Kernel,
+        in_stages: bool,
+    ) -> Result<Self, BackendError> {
+        let make = |kernel: &Kernel| compile(device, layout, kernel);
+        match &kernel.stages {
+            Some(stages) if in_stages => Ok(Self::Stages(Box::new(StagePipelines {
+                anchored: stages.anchored.as_ref().map(make).transpose()?,
+                path: make(&stages.path)?,
+                guarded: make(&stages.guarded)?,
+                is_on_lanes: stages.is_on_lanes(),
+                check: make(&stages.check)?,
+                columns: make(&stages.columns)?,
+                columns_again: make(&stages.columns_again)?,
+            }))),
+            _ => {
+                let anchored = kernel.anchored.as_deref().map(make).transpose()?;
+                Ok(Self::Whole { anchored, whole: make(kernel)? })
+            }
         }
     }
 }

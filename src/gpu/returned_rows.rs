@@ -5,7 +5,7 @@ use super::dispatcher::Dispatcher;
 use super::shader::Bounds;
 use crate::backend::{BackendError, ReduceJob, Returned};
 use crate::clock::Busy;
-use crate::model::{BLOCK, Batch, Plan, Quantity, Solutions, Status};
+use crate::model::{BLOCK, Batch, Blocks, Plan, Quantity, Solutions, Status};
 use bytemuck::Pod;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -17,6 +17,21 @@ pub(super) fn batch_of(plan: &Plan, job: &ReduceJob, indices: &[u64]) -> Batch {
             (job.values)(*index, row);
         }
     })
+}
+
+/// Those rows of what several dispatches gave back that are `wanted`, as one; none was counted on the device.
+pub(super) fn picked(plan: &Plan, parts: &[Returned], wanted: impl Fn(Status) -> bool) -> Returned {
+    let rows = parts.iter().flat_map(|part| (0..part.indices.len()).map(move |row| (part, row)));
+    let rows: Vec<_> = rows.filter(|(part, row)| wanted(part.solutions.status(*row))).collect();
+    let mut inputs = Blocks::new(plan.input_count, rows.len());
+    let mut solutions = Solutions::new(plan, rows.len());
+    for (to, (part, from)) in rows.iter().enumerate() {
+        (0..plan.input_count).for_each(|column| inputs.set(to, column, part.batch.inputs.get(*from, column)));
+        solutions.copy_row(to, &part.solutions, *from);
+    }
+    let bad = rows.iter().map(|(part, row)| part.batch.bad[*row]).collect();
+    let indices = rows.iter().map(|(part, row)| part.indices[*row]).collect();
+    Returned { indices, batch: Batch { inputs, bad }, solutions, counted: [0; 2] }
 }
 
 /// Which rows one dispatch gave back.
@@ -31,7 +46,7 @@ pub(super) struct ReturnedRows<'a> {
 }
 
 impl ReturnedRows<'_> {
-    /// Sorts the rows by sample and converts them; also returns the samples that are left for another dispatch.
+    /// Sorts the rows by sample and converts them.
     ///
     /// `rows` lie block by block in the plan's units. They widen the bounds.
     pub fn read<S: Pod + Send + Sync + Into<f64>>(
@@ -39,7 +54,7 @@ impl ReturnedRows<'_> {
         dispatcher: &Dispatcher,
         rows: &[S],
         bounds: &mut Bounds,
-    ) -> Result<(Returned, Vec<u64>), BackendError> {
+    ) -> Result<Returned, BackendError> {
         let (plan, list) = (&dispatcher.plan, self.list);
         let name = &dispatcher.device.adapter().name;
         let width = plan.output_count();
@@ -49,11 +64,7 @@ impl ReturnedRows<'_> {
         if order.windows(2).any(|pair| list[pair[0]] == list[pair[1]]) {
             return Err(failed(format!("{name}: a sample came back twice")));
         }
-        let pending = self.mark + f64::from(Status::Pending.code());
-        let is_left =
-            |row: &usize| dispatcher.solver.is_in_stages() && value(*row, Quantity::Status.column()).into() == pending;
         let index = |row: usize| self.range.start + u64::from(list[row]);
-        let (left, order): (Vec<usize>, Vec<usize>) = order.into_iter().partition(is_left);
         let indices: Vec<u64> = order.iter().map(|row| index(*row)).collect();
         let batch = batch_of(plan, self.job, &indices);
         let mut solutions = Solutions::new(plan, indices.len());
@@ -87,7 +98,6 @@ impl ReturnedRows<'_> {
                 bounds.widen(tip, column(Quantity::Residual, 0), estimate);
             }
         }
-        let left = left.into_iter().map(index).collect();
-        Ok((Returned { indices, batch, solutions, counted: [0; 2] }, left))
+        Ok(Returned { indices, batch, solutions, counted: [0; 2] })
     }
 }

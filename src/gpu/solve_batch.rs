@@ -1,15 +1,14 @@
 //! Solves a batch: cuts it into dispatches, keeps two in flight, converts what comes back.
 
-use super::conversion::{gathered, pack};
+use super::conversion::pack;
 use super::device::failed;
 use super::dispatch_buffers::{Dispatch, Submission};
 use super::dispatcher::{DISPATCHES_IN_FLIGHT, Dispatcher};
 use super::node_batch::solve_grown;
-use super::shader::{ALL_PATHS, Paths, QUICK_PATHS};
 use super::varying_batch::solve_varying;
 use crate::backend::{BackendError, Precision};
 use crate::clock::Busy;
-use crate::model::{BLOCK, Batch, Solutions, Status};
+use crate::model::{BLOCK, Batch, Solutions};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -34,18 +33,8 @@ pub(super) fn solve(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Soluti
     })
 }
 
-/// Solves samples that need care in dispatches of their own: the guarded ramp, or a stability index by all columns.
-/// Among others, each would hold up its neighbours.
-pub(super) fn solve_stragglers(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
-    let solved = solve_by(dispatcher, batch, ALL_PATHS);
-    if solved.is_err() {
-        dispatcher.buffers.clear();
-    }
-    solved
-}
-
 fn attempt(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
-    let solved = dispatcher.device.check().and_then(|()| solve_in_stages(dispatcher, batch));
+    let solved = dispatcher.device.check().and_then(|()| solve_rods(dispatcher, batch));
     if solved.is_err() {
         // Buffers may still be in flight or mapped.
         dispatcher.buffers.clear();
@@ -53,31 +42,23 @@ fn attempt(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, Back
     solved
 }
 
-fn solve_in_stages(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
+fn solve_rods(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
     if dispatcher.plan.terms.varying_field {
         return solve_varying(dispatcher, batch);
     }
-    let in_stages = dispatcher.solver.is_in_stages();
-    let mut solutions = solve_by(dispatcher, batch, if in_stages { QUICK_PATHS } else { ALL_PATHS })?;
-    let is_left = |sample: &usize| solutions.status(*sample) == Status::Pending;
-    let left: Vec<usize> = (0..batch.sample_count()).filter(is_left).collect();
-    if in_stages && !left.is_empty() {
-        let again = solve_stragglers(dispatcher, &gathered(batch, &left))?;
-        left.iter().enumerate().for_each(|(from, to)| solutions.copy_row(*to, &again, from));
-    }
+    let mut solutions = solve_all(dispatcher, batch)?;
     solve_grown(dispatcher, batch, &mut solutions)?;
     Ok(solutions)
 }
 
-/// Tries these ways to the full load.
-fn solve_by(dispatcher: &mut Dispatcher, batch: &Batch, paths: Paths) -> Result<Solutions, BackendError> {
+fn solve_all(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
     let mut solutions = Solutions::new(&dispatcher.plan, batch.sample_count());
     let block_count = batch.sample_count().div_ceil(BLOCK);
     let (mut next_block, mut next_place) = (0, 0);
     let mut in_flight = VecDeque::new();
     loop {
         if next_block < block_count && in_flight.len() < DISPATCHES_IN_FLIGHT {
-            let submitted = submit(dispatcher, batch, paths, next_place, next_block)?;
+            let submitted = submit(dispatcher, batch, next_place, next_block)?;
             next_block += submitted.block_count;
             next_place = (next_place + 1) % DISPATCHES_IN_FLIGHT;
             in_flight.push_back(submitted);
@@ -92,7 +73,6 @@ fn solve_by(dispatcher: &mut Dispatcher, batch: &Batch, paths: Paths) -> Result<
 fn submit(
     dispatcher: &mut Dispatcher,
     batch: &Batch,
-    paths: Paths,
     place: usize,
     first_block: usize,
 ) -> Result<InFlight, BackendError> {
@@ -105,7 +85,7 @@ fn submit(
     let inputs = pack(&batch.inputs, blocks, &dispatcher.input_units, dispatcher.precision);
     let buffers = &dispatcher.buffers[place];
     let copies = [(&buffers.outputs, dispatcher.output_bytes(block_count))];
-    let dispatch = Dispatch { inputs: &inputs, ..dispatcher.dispatch(mark, paths, samples as u32, &copies) };
+    let dispatch = Dispatch { inputs: &inputs, ..dispatcher.dispatch(mark, samples as u32, &copies) };
     let submission = buffers.submit(&dispatcher.device, &dispatcher.solver, &dispatch);
     dispatcher.timings.upload += start.elapsed().as_secs_f64();
     Ok(InFlight { place, first_block, block_count, mark, submitted: Instant::now(), submission })
@@ -142,7 +122,7 @@ fn finish(
     let samples = (batch.sample_count() - flight.first_block * BLOCK).min(flight.block_count * BLOCK);
     let on_the_wall = start.duration_since(flight.submitted).as_secs_f64() + waited;
     let timings = &mut dispatcher.timings;
-    dispatcher.size.learn(flight.block_count, timings.add(time, on_the_wall, samples));
+    dispatcher.size.learn(flight.block_count, timings.add(&time, on_the_wall, samples));
     timings.wait += waited;
     timings.unpack += converted;
     match unwritten.into_inner() {

@@ -1,8 +1,9 @@
 //! Samples in a field that varies in space: turn by turn, as many at once as the device has memory for.
 
 use super::conversion::gathered;
+use super::device::failed;
 use super::dispatcher::Dispatcher;
-use super::pipelines::TurnPipeline;
+use super::pipelines::{Solver, TurnPipeline};
 use super::shader::{Settings, most_varying_turns, varying_bytes};
 use super::turns::{ALIGNMENT, Turns, most_samples, run};
 use crate::backend::BackendError;
@@ -13,7 +14,8 @@ use std::time::Instant;
 pub(super) fn solve_varying(dispatcher: &mut Dispatcher, batch: &Batch) -> Result<Solutions, BackendError> {
     let start = Instant::now();
     let solver = &dispatcher.solver;
-    let pipeline = TurnPipeline { layout: solver.layout.clone(), pipeline: solver.pipeline.clone() };
+    let Solver::Turns(pipeline) = &solver.solver else { return Err(failed("a field that varies needs turns")) };
+    let pipeline = TurnPipeline { layout: solver.layout.clone(), pipeline: pipeline.clone() };
     let turns = Turns {
         pipeline: &pipeline,
         settings: Settings::of(&dispatcher.plan, dispatcher.precision),

@@ -4,30 +4,33 @@
 //! rows so far, or so near the side of a voxel that round-off decides. So the device needs neither extremes nor sums.
 
 use super::device::failed;
+use super::device_time::Stage;
 use super::dispatch_buffers::{KernelPass, Submission, read_back};
 use super::dispatch_size::DispatchSize;
 use super::dispatcher::{DISPATCHES_IN_FLIGHT, Dispatcher, block_limit};
 use super::node_batch::solve_grown;
-use super::returned_rows::{ReturnedRows, batch_of};
-use super::shader::{ALL_PATHS, Bounds, Generator, HEADER, QUICK_PATHS, Request, VoxelGrid};
-use super::solve_batch::solve_stragglers;
+use super::returned_rows::{ReturnedRows, picked};
+use super::shader::{Bounds, Generator, HEADER, Request, VoxelGrid};
 use super::voxel_kernels::{VoxelBuffers, VoxelKernels};
 use super::voxel_pilot::{generator, pilot_tips};
 use crate::backend::{BackendError, Precision, ReduceJob, Reduced, Returned};
-use crate::model::BLOCK;
+use crate::model::{BLOCK, Status};
 use bytemuck::pod_collect_to_vec;
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 use std::time::Instant;
 
 /// Outputs of one dispatch at most (bytes). The device holds as much again for the rows that come back.
-const OUTPUT_BUDGET: u64 = 128 << 20;
+const OUTPUT_BUDGET: u64 = 256 << 20;
 /// Counts of all voxels at most (bytes).
 const VOXEL_BUDGET: u64 = 512 << 20;
 /// Samples after which counts are taken off the device, so that none overflows.
 const MOST_UNREAD: u64 = 1 << 31;
-/// Samples that need the guarded ramp are solved so many at a time: enough for every processor of a device.
-const MOST_STRAGGLERS: usize = 1 << 17;
+/// Rows are given to the host so many at a time: second attempts take few samples no faster than many. Also after this time (s).
+const MOST_HELD: usize = 1 << 17;
+const HELD_FOR: f64 = 0.5;
+/// The same of rows that have failed: a batch of these lasts as long as the hardest of them.
+const MOST_FAILED: usize = 1 << 14;
 /// Counts that are read back at once (bytes).
 const READ_BYTES: u64 = 64 << 20;
 
@@ -69,6 +72,7 @@ pub(super) fn run(
         kernels => kernels?,
     };
     let limit = block_limit(&dispatcher.device, &dispatcher.plan, dispatcher.precision, OUTPUT_BUDGET);
+    let kind = dispatcher.device.adapter().kind;
     let mut sweep = VoxelSweep {
         dispatcher,
         job,
@@ -78,13 +82,15 @@ pub(super) fn run(
         in_flight: VecDeque::new(),
         next_place: 0,
         buffers: Vec::new(),
-        size: DispatchSize::new(limit),
+        size: DispatchSize::new(limit, kind),
         bounds: Bounds::none(),
         last_unasked: usize::MAX,
         voxels: HashMap::new(),
         unread: 0,
         on_device: Vec::new(),
-        stragglers: Vec::new(),
+        held: Vec::new(),
+        failed: Vec::new(),
+        given: Instant::now(),
     };
     sweep.run(give)?;
     sweep.dispatcher.store_pipelines();
@@ -113,8 +119,16 @@ struct VoxelSweep<'a> {
     unread: u64,
     /// Their dispatches: samples, and the bounds within which they were counted.
     on_device: Vec<(Range<u64>, Bounds)>,
-    /// Samples that need the guarded ramp, left for a dispatch of their own.
-    stragglers: Vec<u64>,
+    /// What came back and is not yet given to the host.
+    held: Vec<Returned>,
+    /// Of these, rows that have failed.
+    failed: Vec<Returned>,
+    /// When something was given.
+    given: Instant,
+}
+
+fn row_count(parts: &[Returned]) -> usize {
+    parts.iter().map(|part| part.indices.len()).sum()
 }
 
 impl VoxelSweep<'_> {
@@ -149,12 +163,14 @@ impl VoxelSweep<'_> {
         let goes_on = match self.in_flight.pop_front() {
             Some(flight) => {
                 let returned = self.finish_or_keep(flight)?;
-                give(returned) && (self.stragglers.len() < MOST_STRAGGLERS || give(self.finish_stragglers()?))
+                self.held.push(returned);
+                let is_due = row_count(&self.held) >= MOST_HELD || self.given.elapsed().as_secs_f64() > HELD_FOR;
+                let goes_on = !is_due || give(self.take_held());
+                goes_on && (row_count(&self.failed) < MOST_FAILED || give(self.take_failed()))
             }
             None if self.left.is_empty() => {
-                if !self.stragglers.is_empty() {
-                    give(self.finish_stragglers()?);
-                }
+                give(self.take_held());
+                give(self.take_failed());
                 return self.read_voxels().map(|()| false);
             }
             None => self.read_voxels().map(|()| true)?,
@@ -179,7 +195,6 @@ impl VoxelSweep<'_> {
             self.left.push_front(flight.range);
         }
         self.kernels = VoxelKernels::new(self.dispatcher, self.job.voxel, &self.generator, self.kernels.grid)?;
-        let stragglers = std::mem::take(&mut self.stragglers);
         self.unread = 0;
         for (range, bounds) in std::mem::take(&mut self.on_device) {
             let mut start = range.start;
@@ -190,24 +205,22 @@ impl VoxelSweep<'_> {
                 start = end;
             }
         }
-        self.stragglers = stragglers;
         Ok(())
     }
 
-    fn finish_stragglers(&mut self) -> Result<Returned, BackendError> {
-        let indices = std::mem::take(&mut self.stragglers);
-        let batch = batch_of(&self.dispatcher.plan, self.job, &indices);
-        let solved = solve_stragglers(self.dispatcher, &batch).and_then(|mut solutions| {
-            solve_grown(self.dispatcher, &batch, &mut solutions)?;
-            Ok(solutions)
-        });
-        match solved {
-            Ok(solutions) => Ok(Returned { indices, batch, solutions, counted: [0; 2] }),
-            Err(error) => {
-                self.stragglers = indices;
-                Err(error)
-            }
-        }
+    /// What came back since something was given, but for rows that have failed.
+    fn take_held(&mut self) -> Returned {
+        self.given = Instant::now();
+        let (plan, held) = (&self.dispatcher.plan, std::mem::take(&mut self.held));
+        let mut given = picked(plan, &held, Status::is_success);
+        given.counted = held.iter().fold([0; 2], |sum, part| [sum[0] + part.counted[0], sum[1] + part.counted[1]]);
+        self.failed.push(picked(plan, &held, |status| !status.is_success()));
+        given
+    }
+
+    /// The rows that have failed.
+    fn take_failed(&mut self) -> Returned {
+        picked(&self.dispatcher.plan, &std::mem::take(&mut self.failed), |_| true)
     }
 
     /// Buffers for the next of so many samples, as many as time and memory allow. Returns how many.
@@ -259,10 +272,10 @@ impl VoxelSweep<'_> {
         }
         let row_bytes = dispatcher.output_bytes(expected / BLOCK);
         let copies = [(&held.tally, 4 * (HEADER + expected) as u64), (&held.returned, row_bytes)];
-        let paths = if dispatcher.solver.is_in_stages() { QUICK_PATHS } else { ALL_PATHS };
-        let mut dispatch = dispatcher.dispatch(mark, paths, sample_count as u32, &copies);
-        dispatch.before = Some(KernelPass { pipeline: &kernels.generate, bind_group: &held.generate });
-        dispatch.after = Some(KernelPass { pipeline: &kernels.reduce, bind_group: &held.reduce });
+        let mut dispatch = dispatcher.dispatch(mark, sample_count as u32, &copies);
+        dispatch.before =
+            Some(KernelPass { stage: Stage::Generate, pipeline: &kernels.generate, bind_group: &held.generate });
+        dispatch.after = Some(KernelPass { stage: Stage::Reduce, pipeline: &kernels.reduce, bind_group: &held.reduce });
         let submission = held.solve.submit(&dispatcher.device, &dispatcher.solver, &dispatch);
         self.dispatcher.timings.upload += start.elapsed().as_secs_f64();
         Ok(InFlight { place, range, expected, bounds, mark, submitted: Instant::now(), submission })
@@ -301,13 +314,12 @@ impl VoxelSweep<'_> {
         }
         let conversion = Instant::now();
         let returned = ReturnedRows { job: self.job, range: flight.range.clone(), mark: flight.mark, list: &list };
-        let (mut returned, left) = match dispatcher.precision {
+        let mut returned = match dispatcher.precision {
             Precision::F32 => returned.read::<f32>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
             Precision::F64 => returned.read::<f64>(dispatcher, &pod_collect_to_vec(&rows), &mut self.bounds)?,
         };
         // Before anything is kept: whoever fails here is solved anew.
         solve_grown(self.dispatcher, &returned.batch, &mut returned.solutions)?;
-        self.stragglers.extend(left);
         let (counted, ramped) = ((sample_count - count) as u64, u64::from(header[1]));
         let Some(direct) = counted.checked_sub(ramped) else {
             let name = &self.dispatcher.device.adapter().name;
@@ -320,7 +332,7 @@ impl VoxelSweep<'_> {
         let timings = &mut self.dispatcher.timings;
         timings.wait += waited;
         timings.unpack += conversion.elapsed().as_secs_f64();
-        self.size.learn(sample_count.div_ceil(BLOCK), timings.add(time, on_the_wall, sample_count));
+        self.size.learn(sample_count.div_ceil(BLOCK), timings.add(&time, on_the_wall, sample_count));
         returned.counted = [direct, ramped];
         Ok(returned)
     }

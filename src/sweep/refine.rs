@@ -8,7 +8,7 @@ use crate::spec::Sampler;
 use std::time::Instant;
 
 /// Samples of one second attempt; bounds its memory.
-const MAX_BATCH: usize = 1 << 16;
+const MAX_BATCH: usize = 1 << 17;
 
 /// The rungs after the engine's own.
 pub const ATTEMPTS: [LadderLine; 4] = [

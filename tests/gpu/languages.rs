@@ -32,7 +32,8 @@ fn kernels_are_written_to_a_folder() {
             for unrolled in [false, true] {
                 let kernel = Kernel::new(entry, plan, Precision::F32, unrolled).expect("a kernel");
                 let name = format!("{of}-{}{}", kernel.entry_point, if unrolled { "-unrolled" } else { "" });
-                kernel.quick.iter().for_each(|quick| write(format!("{name}-quick"), quick));
+                let stages = kernel.stages.iter().filter(|_| !unrolled).flat_map(|stages| stages.named());
+                stages.for_each(|(stage, kernel)| write(format!("{name}-{stage}"), kernel));
                 kernel.anchored.iter().for_each(|anchored| write(format!("{name}-anchored"), anchored));
                 write(name, &kernel);
             }

@@ -8,7 +8,7 @@ use crate::model::{Plan, Slot, Tableau};
 /// Which threes of columns there are, and which of them the answer takes.
 pub(super) fn add_columns(s: &mut Specialisation, plan: &Plan, guards: bool) {
     let reciprocity = !plan.forward && !plan.derivatives.is_empty();
-    let rotates = reciprocity && plan.options.base_moment_rows;
+    let rotates = rotates(plan);
     let (moment, derived, rotation) = (1, 1 << 1, 1 << by_rotation(plan));
     let answer = moment + if plan.derivatives.is_empty() { 0 } else { derived } + if rotates { rotation } else { 0 };
     s.constant("THREES", Value::U32(by_rotation(plan) + u32::from(guards || rotates)));
@@ -21,6 +21,11 @@ pub(super) fn add_columns(s: &mut Specialisation, plan: &Plan, guards: bool) {
     s.term("GUARDS", guards);
     s.term("ROTATION", guards || rotates);
     s.term("BASE_MOMENT_ROWS", plan.options.base_moment_rows);
+}
+
+/// Whether the pass of the answer takes columns by base rotation, which count the whole stability index.
+pub(super) fn rotates(plan: &Plan) -> bool {
+    !plan.forward && !plan.derivatives.is_empty() && plan.options.base_moment_rows
 }
 
 /// Place of the columns by base rotation.

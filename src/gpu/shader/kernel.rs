@@ -1,6 +1,7 @@
 //! The kernels: entry points, the pieces they are made of, and what a plan fixes in them.
 
 use super::anchors::has_anchors;
+use super::derivative_terms::rotates;
 use super::emit::{EmitError, Source, emit};
 use super::generator::{Generator, TERMS};
 use super::record::record_functions;
@@ -62,11 +63,31 @@ const ROD: &[Part] = &[
     shader!("rows"),
 ];
 
-/// Solves a sample: from rest, from a start or from anchors.
-const SOLVE: &[Part] = &[shader!("path"), shader!("search"), shader!("anchors"), shader!("chord"), shader!("solve")];
+/// Ways to an equilibrium, from rest, from a start or from anchors, and what is said of it.
+const EQUILIBRIUM: &[Part] = &[
+    shader!("path"),
+    shader!("search"),
+    shader!("anchors"),
+    shader!("chord"),
+    shader!("equilibrium"),
+    shader!("lists"),
+    shader!("lanes"),
+];
 
 /// Every kernel for batches. The first solves one.
-pub const KERNELS: &[KernelEntry] = &[KernelEntry { entry_point: "solve", parts: &[ROD, SOLVE] }];
+pub const KERNELS: &[KernelEntry] =
+    &[KernelEntry { entry_point: "solve", parts: &[ROD, EQUILIBRIUM, &[shader!("solve")]] }];
+
+/// Its parts as kernels of their own, one after the other.
+const FOLLOW: KernelEntry =
+    KernelEntry { entry_point: "follow", parts: &[ROD, EQUILIBRIUM, HANDOVER, &[shader!("stages/path")]] };
+const FOLLOW_WITH_CARE: KernelEntry =
+    KernelEntry { entry_point: "follow_with_care", parts: &[ROD, EQUILIBRIUM, HANDOVER, &[shader!("stages/guarded")]] };
+const APPROACH: KernelEntry =
+    KernelEntry { entry_point: "approach", parts: &[ROD, EQUILIBRIUM, HANDOVER, &[shader!("stages/check")]] };
+const CONCLUDE: KernelEntry =
+    KernelEntry { entry_point: "answer_sample", parts: &[ROD, EQUILIBRIUM, HANDOVER, &[shader!("stages/columns")]] };
+const HANDOVER: &[Part] = &[shader!("handover")];
 
 /// Takes samples one turn further by nodes.
 const NODES: &[Part] = &[
@@ -131,13 +152,31 @@ pub struct Kernel {
     pub entry_point: &'static str,
     /// In which it computes.
     pub precision: Precision,
-    /// The same without the guarded ramp: it leaves samples that need care to dispatches of this one. Processors keep
-    /// little code at hand, so it is much faster.
-    pub quick: Option<Box<Kernel>>,
     /// The same from the plan's anchors, where it has any: it comes first and leaves to this one what they do not certify.
     pub anchored: Option<Box<Kernel>>,
+    /// What hardware runs in its place.
+    pub stages: Option<Box<Stages>>,
     /// Complete WGSL.
     pub source: Source,
+}
+
+/// A kernel cut into short ones, which run one after the other. Processors of a GPU keep little code at hand, and few
+/// registers; samples that need care would hold up their neighbours.
+#[derive(Clone, Debug)]
+pub struct Stages {
+    /// Chord steps and check from anchors, where the plan has any.
+    pub anchored: Option<Kernel>,
+    /// The path from rest in few load steps.
+    pub path: Kernel,
+    /// The same with care, for what that does not lead to a stable equilibrium. In f32 on several invocations a sample, so that
+    /// few samples are done soon; in f64 on one, which suits the many doubtful samples of a large sweep in f32.
+    pub guarded: Kernel,
+    /// Chord steps and check at the end of a path.
+    pub check: Kernel,
+    /// The pass with all columns, and the row.
+    pub columns: Kernel,
+    /// The same where the stability index may need columns of its own.
+    pub columns_again: Kernel,
 }
 
 impl Kernel {
@@ -145,14 +184,13 @@ impl Kernel {
     ///
     /// `unrolled`: for a GPU that is software, see [`Form`].
     pub fn new(entry: &KernelEntry, plan: &Plan, precision: Precision, unrolled: bool) -> Result<Self, EmitError> {
-        let pieces = pieces(entry.parts, plan);
-        let make = |form| Self::from_pieces(entry.entry_point, &pieces, &specialisation(plan, precision, form));
-        // A search knows one way only.
-        let is_quick = plan.start.is_none();
-        let quick = is_quick.then(|| make(Form { guards: false, ..Form::ROLLED })).transpose()?.map(Box::new);
+        let make = |form| Self::emitted(entry.entry_point, entry.parts, plan, &specialisation(plan, precision, form));
         let anchored = Form { guards: false, unrolled, anchored: true, ..Form::ROLLED };
         let anchored = has_anchors(plan).then(|| make(anchored)).transpose()?.map(Box::new);
-        Ok(Self { quick, anchored, ..make(Form { unrolled, ..Form::ROLLED })? })
+        // A search knows one way only.
+        let has_stages = plan.start.is_none();
+        let stages = has_stages.then(|| Stages::new(plan, precision)).transpose()?.map(Box::new);
+        Ok(Self { anchored, stages, ..make(Form { unrolled, ..Form::ROLLED })? })
     }
 
     /// The kernel that takes samples one turn further by nodes, in f32.
@@ -218,7 +256,48 @@ impl Kernel {
         specialisation: &Specialisation,
     ) -> Result<Self, EmitError> {
         let source = emit(pieces, specialisation)?;
-        Ok(Self { entry_point, precision: specialisation.precision, quick: None, anchored: None, source })
+        Ok(Self { entry_point, precision: specialisation.precision, anchored: None, stages: None, source })
+    }
+}
+
+impl Stages {
+    /// Whether the guarded ramp takes several invocations a sample.
+    pub fn is_on_lanes(&self) -> bool {
+        self.guarded.entry_point == FOLLOW_WITH_CARE.entry_point
+    }
+
+    /// Each with its name.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Kernel)> {
+        let others = [
+            ("path", &self.path),
+            ("guarded", &self.guarded),
+            ("check", &self.check),
+            ("columns", &self.columns),
+            ("columns-again", &self.columns_again),
+        ];
+        self.anchored.iter().map(|kernel| ("check-anchored", kernel)).chain(others)
+    }
+
+    fn new(plan: &Plan, precision: Precision) -> Result<Self, EmitError> {
+        let make = |entry: &KernelEntry, form| {
+            Kernel::emitted(entry.entry_point, entry.parts, plan, &specialisation(plan, precision, form))
+        };
+        let quick = Form { guards: false, ..Form::ROLLED };
+        let anchored = Form { anchored: true, ..quick };
+        let guarded = Form { ramps: false, ..Form::ROLLED };
+        let columns = make(&CONCLUDE, quick)?;
+        let columns_again = if rotates(plan) { columns.clone() } else { make(&CONCLUDE, Form::ROLLED)? };
+        Ok(Self {
+            anchored: has_anchors(plan).then(|| make(&APPROACH, anchored)).transpose()?,
+            path: make(&FOLLOW, quick)?,
+            guarded: match precision {
+                Precision::F32 => make(&FOLLOW_WITH_CARE, Form { lanes: true, ..guarded })?,
+                Precision::F64 => make(&FOLLOW, guarded)?,
+            },
+            check: make(&APPROACH, quick)?,
+            columns,
+            columns_again,
+        })
     }
 }
 

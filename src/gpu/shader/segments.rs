@@ -1,7 +1,6 @@
 //! Which segments the kernels integrate, in how many steps, and whether their numbers, or those of the field along them, vary
 //! from sample to sample.
 
-use crate::model::path::PATH_STEPPER;
 use crate::model::record::field_offset;
 use crate::model::{Entry, FLEXIBLE_RECORD, Plan, RIGID_RECORD, SegmentPlan};
 use std::ops::Range;
@@ -16,9 +15,10 @@ pub(super) fn path_steps(plan: &Plan) -> Vec<usize> {
     integrated(plan).iter().map(|segment| plan.options.stepper.path_steps(segment.steps)).collect()
 }
 
-/// The same with care: by the method of the path, whatever the CPU takes.
+/// The same with care, by the method of the answer.
 pub(super) fn careful_steps(plan: &Plan) -> Vec<usize> {
-    integrated(plan).iter().map(|segment| plan.options.stepper.careful_steps(segment.steps, PATH_STEPPER)).collect()
+    let stepper = plan.options.stepper;
+    integrated(plan).iter().map(|segment| stepper.careful_steps(segment.steps, stepper)).collect()
 }
 
 /// Whether any number of an integrated segment varies, or of what of the field varies in space.

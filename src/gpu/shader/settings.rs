@@ -8,6 +8,12 @@ use std::mem::offset_of;
 /// Invocations of a workgroup; a block of samples is a multiple.
 pub const WORKGROUP_SIZE: u32 = 64;
 
+/// Invocations of a sample that is followed with care, as `shaders/lanes.wgsl` has them.
+pub(crate) const LANES: u32 = 8;
+
+/// Numbers that one kernel of a dispatch tells the next of a sample, as `shaders/handover.wgsl` places them.
+pub(crate) const HANDOVER_COUNT: usize = 34;
+
 /// Loop iterations of one invocation that every driver runs; software Vulkan stops silently at 65,535.
 pub(super) const ITERATION_BUDGET: usize = 60_000;
 
@@ -33,19 +39,10 @@ pub(crate) struct Settings<S> {
     pub sample_count: u32,
     /// Always zero.
     pub zero: u32,
-    /// Ways to the full load that are tried, see `shaders/path.wgsl`.
-    pub first_path: u32,
-    pub last_path: u32,
 }
 
-/// Ways to the full load, from the first to the last, as `shaders/path.wgsl` numbers them.
-pub(crate) type Paths = (u32, u32);
-pub(crate) const ALL_PATHS: Paths = (0, 1);
-/// All but the guarded ramp.
-pub(crate) const QUICK_PATHS: Paths = (0, 0);
-
 impl Settings<f64> {
-    /// Tolerances and error shares of a plan; the kernels try all ways to the full load. Mark and number of samples are zero.
+    /// Tolerances and error shares of a plan. Mark and number of samples are zero.
     pub fn of(plan: &Plan, precision: Precision) -> Self {
         let tolerance = newton_tolerance(plan.target(), precision.epsilon());
         let PlanOptions { error_share, derivative_scale, .. } = plan.options;
@@ -60,8 +57,6 @@ impl Settings<f64> {
             derivative_floor: derivative_scale.floor,
             sample_count: 0,
             zero: 0,
-            first_path: ALL_PATHS.0,
-            last_path: ALL_PATHS.1,
         }
     }
 
@@ -71,7 +66,7 @@ impl Settings<f64> {
         let shares = [self.error_share, self.derivative_share, self.derivative_floor];
         let floats = [&[self.mark][..], &tolerances, &shares].concat();
         let mut bytes = float_bytes(&floats, precision);
-        bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero, self.first_path, self.last_path]));
+        bytes.extend_from_slice(bytemuck::bytes_of(&[self.sample_count, self.zero]));
         bytes
     }
 }
@@ -97,14 +92,12 @@ macro_rules! offsets {
             ("derivative_floor", offset_of!(Settings<$float>, derivative_floor)),
             ("sample_count", offset_of!(Settings<$float>, sample_count)),
             ("zero", offset_of!(Settings<$float>, zero)),
-            ("first_path", offset_of!(Settings<$float>, first_path)),
-            ("last_path", offset_of!(Settings<$float>, last_path)),
         ]
     };
 }
 
 /// Members of `Settings` and their offsets, to compare with the shaders.
-pub fn settings_members(precision: Precision) -> [(&'static str, usize); 12] {
+pub fn settings_members(precision: Precision) -> [(&'static str, usize); 10] {
     match precision {
         Precision::F32 => offsets!(f32),
         Precision::F64 => offsets!(f64),

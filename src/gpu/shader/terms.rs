@@ -4,7 +4,7 @@ use super::anchors::add_anchors;
 use super::derivative_terms::{add_columns, add_derivative_terms, has_integrals};
 use super::nodes::add_nodes;
 use super::segments::{careful_steps, integrated, path_steps};
-use super::settings::{ITERATION_BUDGET, WORKGROUP_SIZE};
+use super::settings::{HANDOVER_COUNT, ITERATION_BUDGET, LANES, WORKGROUP_SIZE};
 use super::slots::{add_slots, slot_count};
 use super::sources::{add_sources, forward_threes};
 use super::specialise::{Specialisation, Value};
@@ -17,8 +17,12 @@ use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPla
 /// What a kernel is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Form {
+    /// `RAMPS`: it knows the ramp of few load steps.
+    pub ramps: bool,
     /// `GUARDS`: it knows the guarded ramp.
     pub guards: bool,
+    /// `LANES`: several invocations share a sample, each with a column of its own.
+    pub lanes: bool,
     /// `UNROLLED`: each column has code of its own. Registers of a processor hold numbers only where code names them; a GPU
     /// runs out of room for the code.
     pub unrolled: bool,
@@ -29,9 +33,14 @@ pub struct Form {
 }
 
 impl Form {
-    /// The whole kernel as hardware runs it.
-    pub const ROLLED: Form = Form { guards: true, unrolled: false, nodes: false, anchored: false };
+    /// The whole kernel, its loops over columns as they are.
+    pub const ROLLED: Form =
+        Form { ramps: true, guards: true, lanes: false, unrolled: false, nodes: false, anchored: false };
 }
+
+/// Passes of a guarded ramp that is a kernel of its own: one in twenty takes more, folds among them, and holds up all others.
+/// Second attempts on the CPU take those.
+const GUARDED_PASSES: f64 = 64.0;
 
 /// Intervals of the stability index over a segment at least, where it has as many steps.
 const STATIONS_EACH: usize = 8;
@@ -89,7 +98,15 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
     add_nodes(&mut s, plan, form.nodes);
     add_varying(&mut s, plan);
     add_anchors(&mut s, plan, form.anchored);
-    add_path(&mut s, plan);
+    let limit = pass_limit(plan);
+    add_path(&mut s, plan, if form.ramps { limit } else { limit.min(GUARDED_PASSES) });
+    s.term("RAMPS", form.ramps);
+    s.term("LANES", form.lanes);
+    s.constant("LANES", Value::U32(LANES));
+    s.constant("COLUMN_COUNT", Value::U32(if form.lanes { 1 } else { 3 }));
+    s.constant("FIRST_PATH", Value::U32(u32::from(!form.ramps)));
+    s.constant("LAST_PATH", Value::U32(u32::from(form.guards)));
+    s.constant("HANDOVER_COUNT", number(HANDOVER_COUNT));
     s
 }
 
@@ -154,7 +171,7 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
 }
 
 /// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
-fn add_path(s: &mut Specialisation, plan: &Plan) {
+fn add_path(s: &mut Specialisation, plan: &Plan, most_passes: f64) {
     let numbers = [
         ("PATH_TOLERANCE", path::PATH_TOLERANCE),
         ("CONTRACTION", path::CONTRACTION),
@@ -178,7 +195,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan) {
         ("SMALLEST_RAMP_STEP", path::SMALLEST_RAMP_STEP),
         ("SMALLEST_GUARDED_STEP", path::SMALLEST_GUARDED_STEP),
         ("SMALLEST_UNSYMMETRIC_STEP", path::SMALLEST_UNSYMMETRIC_STEP),
-        ("PASS_LIMIT", pass_limit(plan)),
+        ("PASS_LIMIT", most_passes),
         ("SAFE_MARGIN", path::SAFE_MARGIN),
         ("NARROW_MARGIN", path::NARROW_MARGIN),
         ("FOLD_MARGIN", path::FOLD_MARGIN),
