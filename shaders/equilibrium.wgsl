@@ -1,4 +1,4 @@
-// What a pass with all columns says of the equilibrium at the end of a path, and the row of a sample. R4, J5
+// The pass with all columns at the end of a path, stability and status of the equilibrium, and the row of a sample. R4, J5
 // src/lanes/solve.rs
 
 const NEWTON_LIMIT: u32 = 0u; //@spec
@@ -6,7 +6,7 @@ const FINE_TRUST: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 
-// What a pass with all columns found at the end of a path; the columns are those of the last pass.
+// Result of the pass with all columns; `columns` holds the columns themselves.
 struct Found {
     tip: Tip,
     w: mat3x3<f32>,
@@ -18,7 +18,7 @@ struct Found {
     converged: bool,
 }
 
-// What is said of it.
+// Stability and status of an equilibrium.
 struct Verdict {
     index: f32,
     stable: bool,
@@ -47,7 +47,7 @@ fn moves_on(end: PathEnd, found: Found) -> bool {
     return end.reached && !found.converged && found.size < FINE_TRUST;
 }
 
-// Stability and status of what was found.
+// Stability and status of the equilibrium that the pass with all columns found.
 fn judge(rod: Rod, end: PathEnd, found: Found) -> Verdict {
     var verdict: Verdict;
     verdict.index = stability_index(found.tip);

@@ -1,4 +1,4 @@
-// What one kernel of a dispatch tells the next of a sample: where its path ended, and what the check found.
+// The buffer by which one kernel of a dispatch hands a sample to the next: the end of its path, and the tip of the check pass.
 
 // Numbers of a sample.
 const HANDOVER_COUNT: u32 = 34u; //@spec
@@ -10,7 +10,7 @@ const HANDED_FLAGS: u32 = 14u;
 const HANDED_CHECK: u32 = 15u;
 const HANDED_REST: u32 = 30u;
 
-// What comes next: the check, after chord steps or without; a path from rest, as ever or with care.
+// The next step of a sample: the check pass, after chord steps or without them; a path from rest, the ramp or the guarded one.
 const NEXT_CHORD: u32 = 0u;
 const NEXT_CHECK: u32 = 1u;
 const NEXT_RAMP: u32 = 2u;
@@ -48,7 +48,7 @@ fn bit(holds: bool, value: u32) -> u32 {
     return select(0u, value, holds);
 }
 
-// Tells how the path ended, and what comes next.
+// Hands over how the path ended, and the next step.
 fn hand_flags(end: PathEnd, next: u32) {
     let ended = bit(end.reached, 1u) + bit(end.ramped, 2u) + bit(end.exhausted, 4u) + bit(end.fold, 8u);
     hand(HANDED_FLAGS, f32(ended + 16u * next + 64u * end.path));
@@ -58,7 +58,7 @@ fn handed_next() -> u32 {
     return (u32(handed(HANDED_FLAGS)) / 16u) % 4u;
 }
 
-// Tells how the equilibrium sets out from rest.
+// Hands over the slope at rest.
 fn hand_rest(rest: RestSlope) {
     hand_vector(HANDED_REST, rest.m0);
     hand(HANDED_REST + 3u, rest.largest);
@@ -68,7 +68,7 @@ fn handed_rest() -> RestSlope {
     return RestSlope(handed_vector(HANDED_REST), handed(HANDED_REST + 3u));
 }
 
-// Tells where a path ended.
+// Hands over the end of a path, and the next step.
 fn hand_end(end: PathEnd, next: u32) {
     hand_vector(HANDED_MOMENT, end.m0);
     hand_vector(HANDED_INVERSE, end.inverse[0]);
@@ -79,7 +79,7 @@ fn hand_end(end: PathEnd, next: u32) {
     hand_flags(end, next);
 }
 
-// Where the path ended, without its inverse.
+// The end of the path, without its inverse.
 fn handed_end() -> PathEnd {
     var end: PathEnd;
     let flags = u32(handed(HANDED_FLAGS));
@@ -107,7 +107,7 @@ fn hand_check(check: Check) {
     hand_vector(HANDED_CHECK + 12u, check.tip.m);
 }
 
-// What the check found, but for the force at the tip.
+// Base moment and tip of the check pass. The force at the tip is not handed over.
 fn handed_check() -> Check {
     var check: Check;
     check.m0 = handed_vector(HANDED_CHECK);

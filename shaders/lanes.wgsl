@@ -46,7 +46,7 @@ fn start_lane(m0: vec3<f32>) {
     columns[BY_MOMENT] = three;
 }
 
-// Tells the other invocations of the sample where this column has got to.
+// Shares the column of this invocation with the others of its sample.
 fn share_column() {
     workgroupBarrier();
     let three = columns[BY_MOMENT];
@@ -60,7 +60,7 @@ fn shared_rotation(lane: u32) -> mat3x3<f32> {
     return mat3x3<f32>(shared_columns[at].w, shared_columns[at + 1u].w, shared_columns[at + 2u].w);
 }
 
-// One pass on the grid of care, with the stability index; its columns by base moment lie where they ever do.
+// One pass on the careful grid, with the stability index. It leaves the columns by base moment in `columns[BY_MOMENT]`.
 fn shoot_on_lanes(rod: Rod, lambda: f32, m0: vec3<f32>) -> Tip {
     start_lane(m0);
     let tip = shoot(CAREFUL, rod, lambda, m0, PATH_COLUMNS, true);

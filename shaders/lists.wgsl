@@ -27,7 +27,7 @@ fn taken_sample(place: u32) -> u32 {
     return taken_list[arrayLength(&taken_list) - 1u - (place - with_care)];
 }
 
-// The same of those to be followed with care.
+// The sample of an invocation that follows guarded paths; none where there are no more.
 fn taken_with_care(place: u32) -> u32 {
     if place >= taken_list[LIST_WITH_CARE] { return settings.sample_count; }
     return taken_list[LIST_SAMPLES + place];

@@ -30,7 +30,7 @@ const FOLD_MARGIN: f32 = 0.0; //@spec
 // How to reach the full load; each is tried where the one before did not lead to a stable equilibrium.
 const RAMP: u32 = 0u;
 const GUARDED_RAMP: u32 = 1u;
-// Of these, the first and the last that this kernel knows.
+// The first and the last path that this kernel follows.
 const FIRST_PATH: u32 = 0u; //@spec
 const LAST_PATH: u32 = 1u; //@spec
 // Not from rest: from a given base moment, away from known equilibria.

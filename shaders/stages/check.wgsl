@@ -6,7 +6,6 @@ fn approach(@builtin(global_invocation_id) id: vec3<u32>) {
     let sample = taken_sample(id.x);
     if !select_sample(sample) { return; }
     //@if ANCHORED
-    let next = NEXT_CHORD;
     var end = anchored_end();
     var check: Check;
     if end.reached { check = chord_steps(load(), &end, true); }

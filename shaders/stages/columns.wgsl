@@ -19,17 +19,17 @@ fn conclude(is_last: bool) -> bool {
     var verdict = judge(rod, end, found);
     if verdict.code == STATUS_PENDING {
         if !is_last {
-            var next = select(NEXT_GUARDED, NEXT_RAMP, end.path == ANCHORED);
+            var then = select(NEXT_GUARDED, NEXT_RAMP, end.path == ANCHORED);
             //@if !ROTATES
             //@if !GUARDS
             // Its index is counted by all columns in the next round.
-            if found.converged && verdict.index >= 0.5 && end.path == RAMP { next = NEXT_CHECK; }
+            if found.converged && verdict.index >= 0.5 && end.path == RAMP { then = NEXT_CHECK; }
             //@end
             //@end
-            hand_flags(end, next);
+            hand_flags(end, then);
             return false;
         }
-        // Whoever solves it again starts from rest.
+        // The second attempt starts from rest.
         verdict.code = STATUS_NOT_CONVERGED;
     }
     write_row(rod, end, handed_check(), found, verdict);

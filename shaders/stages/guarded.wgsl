@@ -1,4 +1,4 @@
-// For samples whose path was lost: the same with care, on several invocations a sample. R4
+// The guarded path of samples whose ramp was lost, on several invocations a sample. R4
 // src/lanes/path.rs
 
 @compute @workgroup_size(WORKGROUP)

@@ -4,7 +4,7 @@
 @compute @workgroup_size(WORKGROUP)
 fn follow(@builtin(global_invocation_id) id: vec3<u32>) {
     //@if GUARDS
-    // For samples whose path was lost: the same with care.
+    // The guarded path of samples whose ramp was lost.
     if !select_sample(taken_with_care(id.x)) { return; }
     hand_end(follow_path(load(), FIRST_PATH, handed_rest()), NEXT_CHORD);
     //@else

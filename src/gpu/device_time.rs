@@ -1,4 +1,4 @@
-//! What a device tells of one dispatch: the time of its kernels, and how many samples they left to each other.
+//! The device's time of the kernels of one dispatch, and how many samples its lists had.
 
 /// Lists of samples: what anchors leave to the way from rest, then what each round leaves to the next. Each round takes Newton's
 /// method one pass further.
@@ -17,7 +17,7 @@ pub enum Stage {
     Check,
     /// The pass with columns, and the rows.
     Columns,
-    /// What these have left: paths with care, further steps of Newton's method, with check and columns.
+    /// The rounds after the first: guarded paths, further steps of Newton's method, check and columns.
     Left,
     /// All in one kernel.
     Whole,

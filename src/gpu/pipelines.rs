@@ -13,7 +13,7 @@ pub(super) struct SolvePipeline {
     pub layout: wgpu::BindGroupLayout,
     pub solver: Solver,
     pub constants: wgpu::Buffer,
-    /// Numbers of the plan's anchors; nothing to speak of without any.
+    /// Numbers of the plan's anchors; without any a buffer that no kernel reads.
     pub anchors: wgpu::Buffer,
 }
 

@@ -57,14 +57,10 @@ impl Rounds {
         buffers: [&wgpu::Buffer; 3],
         samples: u64,
     ) -> Result<Self, BackendError> {
-        let stages = match &solver.solver {
-            Solver::Stages(stages) => Some(stages),
-            _ => None,
-        };
-        let has_anchors = match &solver.solver {
-            Solver::Stages(stages) => stages.anchored.is_some(),
-            Solver::Whole { anchored, .. } => anchored.is_some(),
-            Solver::Turns(_) => false,
+        let (stages, has_anchors) = match &solver.solver {
+            Solver::Stages(stages) => (Some(stages), stages.anchored.is_some()),
+            Solver::Whole { anchored, .. } => (None, anchored.is_some()),
+            Solver::Turns(_) => (None, false),
         };
         let list = |header: Header, samples: u64| {
             let bytes = 4 * (HEADER as u64 + samples);

@@ -29,7 +29,7 @@ const MOST_UNREAD: u64 = 1 << 31;
 /// Rows are given to the host so many at a time: second attempts take few samples no faster than many. Also after this time (s).
 const MOST_HELD: usize = 1 << 17;
 const HELD_FOR: f64 = 0.5;
-/// The same of rows that have failed: a batch of these lasts as long as the hardest of them.
+/// Failed rows are given to the host so many at a time: a batch of them lasts as long as the hardest.
 const MOST_FAILED: usize = 1 << 14;
 /// Counts that are read back at once (bytes).
 const READ_BYTES: u64 = 64 << 20;
@@ -121,7 +121,7 @@ struct VoxelSweep<'a> {
     on_device: Vec<(Range<u64>, Bounds)>,
     /// What came back and is not yet given to the host.
     held: Vec<Returned>,
-    /// Of these, rows that have failed.
+    /// Rows that have failed and are not yet given to the host.
     failed: Vec<Returned>,
     /// When something was given.
     given: Instant,

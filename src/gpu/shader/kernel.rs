@@ -168,14 +168,14 @@ pub struct Stages {
     pub anchored: Option<Kernel>,
     /// The path from rest in few load steps.
     pub path: Kernel,
-    /// The same with care, for what that does not lead to a stable equilibrium. In f32 on several invocations a sample, so that
+    /// The guarded path, where the ramp leads to no stable equilibrium. In f32 on several invocations a sample, so that
     /// few samples are done soon; in f64 on one, which suits the many doubtful samples of a large sweep in f32.
     pub guarded: Kernel,
     /// Chord steps and check at the end of a path.
     pub check: Kernel,
     /// The pass with all columns, and the row.
     pub columns: Kernel,
-    /// The same where the stability index may need columns of its own.
+    /// The pass with all columns in later rounds, where the stability index may need columns of its own.
     pub columns_again: Kernel,
 }
 

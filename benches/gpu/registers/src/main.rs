@@ -16,7 +16,7 @@ use std::{env, fs};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// What is printed of RADV's statistics. Of other drivers: all.
+/// The statistics of RADV that are printed. Other drivers' statistics are printed in full.
 const COLUMNS: [&str; 6] =
     ["VGPRs", "SGPRs", "Spilled VGPRs", "Scratch size", "Code size", "Subgroups per SIMD"];
 
