@@ -84,7 +84,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         (
             "solve",
             &["newton", "write_answer", "write_verdict"],
-            "parts of `solve_group`, which is one function in the shader",
+            "`find`, `judge` and `write_row` in the shader, where three kernels share them",
         ),
         ("nodes/mesh", &["is_there", "numbers", "lanes"], "lanes share the number of pieces; invocations do not"),
         ("nodes/mesh", &["new"], "the workspace"),
@@ -130,8 +130,12 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("rod", &["load_rigid"], "segments are loaded where they are crossed"),
         ("column", &["force_of"], "an enumeration in Rust"),
         ("source", &["load_source"], "sources are loaded where segments are crossed"),
-        ("anchors", &["leave_pending", "left_sample"], "lists in Rust"),
         ("solve", &["is_finite"], "a method of lanes"),
+        (
+            "solve",
+            &["find", "moves_on", "judge", "write_row"],
+            "`newton`, `write_answer` and `write_verdict` in Rust, which has one kernel",
+        ),
         ("solve", &["solve"], "the entry point"),
         ("nodes/mesh", &["push_interval"], "a list that grows in Rust"),
         ("nodes/mesh", &["growth"], "the shader does not keep the panels of a segment"),
@@ -266,19 +270,26 @@ fn read(path: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Stems whose Rust side stands in several files, in this order: files that import one another in a circle are none.
-const PARTS: [(&str, [&str; 2]); 4] = [
+/// Stems whose Rust side stands in two files, in this order.
+const PARTS_IN_RUST: [(&str, [&str; 2]); 4] = [
     ("column", ["columns", "column"]),
     ("stability", ["station", "stability"]),
     ("varying/crossing", ["varying/crossing", "varying/crossing_columns"]),
     ("varying/path", ["varying/base_load", "varying/path"]),
 ];
 
+/// Stems whose shader stands in two files, in this order.
+const PARTS_IN_WGSL: [(&str, [&str; 2]); 1] = [("solve", ["solve", "equilibrium"])];
+
 fn twins(stem: &str) -> (String, String) {
-    let rust = |stem: &str| read(&format!("crates/kernels/src/lanes/{stem}.rs"));
-    let parts = PARTS.iter().find(|(of, _)| *of == stem);
-    let rust = parts.map_or_else(|| rust(stem), |(_, parts)| parts.map(rust).concat());
-    (rust, read(&format!("shaders/{stem}.wgsl")))
+    let whole = |parts: &[(&str, [&str; 2])], path: &dyn Fn(&str) -> String| {
+        let parts = parts.iter().find(|(of, _)| *of == stem);
+        parts.map_or_else(|| read(&path(stem)), |(_, parts)| parts.map(|part| read(&path(part))).concat())
+    };
+    (
+        whole(&PARTS_IN_RUST, &|stem| format!("crates/kernels/src/lanes/{stem}.rs")),
+        whole(&PARTS_IN_WGSL, &|stem| format!("shaders/{stem}.wgsl")),
+    )
 }
 
 #[test]
