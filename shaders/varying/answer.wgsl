@@ -2,7 +2,7 @@
 // src/lanes/varying/answer.rs
 
 const FINE_TRUST: f32 = 0.0; //@spec
-const COLUMN_NOISE: f32 = 0.0; //@spec
+const FIELD_COLUMN_NOISE: f32 = 0.0; //@spec
 const DERIVATIVE_COLUMN: u32 = 20u; //@spec
 const DERIVATIVE_COUNT: u32 = 1u; //@spec
 const DIFFERENCE: f32 = 0.0; //@spec
@@ -177,7 +177,7 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + noise + second_order);
     let both = largest + max(norm(delta) / stability, max(norm(shift), norm(by_rest)));
     let derivative_error = max(both * settings.derivative_share, settings.derivative_floor);
-    store(DERIVATIVE_ERROR_COLUMN, derivative_error + noise / stability * COLUMN_NOISE);
+    store(DERIVATIVE_ERROR_COLUMN, derivative_error + noise / stability * FIELD_COLUMN_NOISE);
     keeps_inverse = true;
     hold_mat6(POSE, pose);
     hold(THREE, 0.0);

@@ -116,7 +116,11 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("varying/matrix", &["solve_whole"], "shaders know no wall, whose rows need the determinant"),
         ("varying/answer", &["settle"], "shaders know no wall, beside which Newton's method runs twice"),
         ("varying/parameters", &["new"], "the workspace"),
-        ("varying/parameters", &["maps", "acting"], "maps are for the CPU; points are summed up once for all columns"),
+        (
+            "varying/parameters",
+            &["map", "at", "acting"],
+            "maps are for the CPU; points are summed up once for all columns",
+        ),
         ("varying/pass", &["numbered"], "the workspace"),
         ("varying/pass", &["varying_pass"], "the name of the kernel"),
         ("path", &["narrowed"], "in double precision alone"),

@@ -8,7 +8,10 @@ use rodsweep::model::{rotation_angle, rotation_matrix};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{Memory, SweepJob};
 use rodsweep::table::Table;
+use rodsweep_bench::random::RandomScenes;
+use rodsweep_bench::verify::search_estimates;
 use serde_json::Value;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// An estimate may be so many times below the true error.
 const SLACK: f64 = 1.05;
@@ -113,4 +116,22 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
 
 fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Random sweeps of the day's seed: no pose is off by more than its estimate, and columns hardly ever are, by little.
+#[test]
+fn of_random_sweeps_of_the_day() {
+    let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400;
+    for (kind, rods) in [(RandomScenes::Uniform, 320), (RandomScenes::Sampled, 64)] {
+        let found = search_estimates(kind, rods, seed, &mut |_| {}).expect("solved");
+        let told = format!("verify --random {rods} --seed {seed} --estimates {}\n{}", kind.option(), found.text());
+        let json: Value = serde_json::from_str(&found.json()).expect("JSON");
+        for setup in json["setups"].as_array().expect("setups") {
+            let number = |of: &str, what: &str| setup[of][what].as_f64().expect("a number");
+            assert_eq!(number("poses", "beyond"), 0.0, "{told}");
+            assert_eq!(number("poses", "missed"), 0.0, "{told}");
+            assert!(number("columns", "beyond") <= 0.003 * number("columns", "rows"), "{told}");
+            assert!(number("columns", "worst") <= 2.0, "{told}");
+        }
+    }
 }

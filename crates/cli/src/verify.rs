@@ -26,8 +26,11 @@ pub struct VerifyArguments {
     /// Limp and taut rods in their place
     #[arg(long, requires = "random")]
     pub limp: bool,
-    /// Rods beside a wall in the way of their tip in their place
+    /// Rods in fields that are sampled on a grid in their place
     #[arg(long, requires = "random", conflicts_with_all = ["designs", "limp", "varying_fields"])]
+    pub sampled_fields: bool,
+    /// Rods beside a wall in the way of their tip in their place
+    #[arg(long, requires = "random", conflicts_with_all = ["designs", "limp", "varying_fields", "sampled_fields"])]
     pub walls: bool,
     /// Around each random scene a box of N samples, solved as a sweep
     #[arg(long, value_name = "N", requires = "random", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -87,6 +90,7 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
         VerifyArguments { varying_fields: true, .. } => RandomScenes::Varying,
         VerifyArguments { designs: true, .. } => RandomScenes::Designs,
         VerifyArguments { limp: true, .. } => RandomScenes::Limp,
+        VerifyArguments { sampled_fields: true, .. } => RandomScenes::Sampled,
         VerifyArguments { walls: true, .. } => RandomScenes::Walls,
         _ => RandomScenes::Uniform,
     };
@@ -98,6 +102,9 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
         print(&if arguments.json { found.json() } else { found.text() })?;
         let files = found.write_figure(&arguments.out).map_err(unwritten)?;
         say(&format!("figure: {}", files[0].display()));
+        for sweep in found.write_replays(&arguments.out).map_err(unwritten)? {
+            say(&format!("repeat with: rodsweep run {} --limit 16", sweep.display()));
+        }
         return Ok(if found.is_right() { Exit::Done } else { Exit::Failed });
     }
     let options = SearchOptions::new(kind, seed, scenes)

@@ -41,7 +41,7 @@ fn of_rod(rod: &Varying, base: &BaseLoad, tissue: f64) -> Result<f64, RunAway> {
             let t: Vector3<f64> = state.R.column(2).into();
             let mu = state.R * segment.mu;
             let work = |(xi, share): &(f64, f64)| share * mu.dot(&rod.field.B(state.p + *xi * segment.length * t));
-            energy -= rod.field.points.iter().map(work).sum::<f64>();
+            energy -= rod.field.places(state.p, segment.length * t).iter().map(work).sum::<f64>();
             energy -= segment.load.dot(&(state.p + 0.5 * segment.length * t));
             rigid::cross(rod, j, &[], &mut state);
             continue;

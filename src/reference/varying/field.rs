@@ -31,8 +31,9 @@ pub(super) struct Field {
     pub dipoles: Vec<Dipole>,
     /// Fields sampled on a grid.
     pub maps: Vec<Map>,
-    /// Points of a rigid segment where the field acts, as shares of its length, and their shares of its dipole.
-    pub points: Vec<(f64, f64)>,
+    /// Points of a rigid segment where the field acts, as shares of its length, and their shares of its dipole: see
+    /// [`places`](Field::places).
+    rule: Vec<(f64, f64)>,
 }
 
 /// How numbers of the field change; B0 is a number of the chain.
@@ -92,8 +93,24 @@ impl Field {
             origin: place(field.origin),
             dipoles: field.dipoles.iter().map(dipole).collect(),
             maps: field.maps.iter().map(|map| Map::new(map, base, units)).collect(),
-            points: if field.coil_load == CoilLoad::Middle { vec![(0.5, 1.0)] } else { line() },
+            rule: if field.coil_load == CoilLoad::Middle { vec![(0.5, 1.0)] } else { line() },
         }
+    }
+
+    /// Points of a rigid segment that begins at `p` and extends by `arm`, as shares of its length, and their shares of its dipole:
+    /// those of the rule on each stretch on which no map passes from cell to cell. The middle alone is one point. F9
+    pub(super) fn places(&self, p: Vector3<f64>, arm: Vector3<f64>) -> Vec<(f64, f64)> {
+        if self.rule.len() == 1 {
+            return self.rule.clone();
+        }
+        let mut ends = vec![0.0, 1.0];
+        self.maps.iter().for_each(|map| ends.extend(map.faces(p, arm)));
+        ends.sort_by(f64::total_cmp);
+        let on = |pair: &[f64]| {
+            let (from, length) = (pair[0], pair[1] - pair[0]);
+            self.rule.iter().map(move |(at, share)| (from + at * length, share * length)).collect::<Vec<_>>()
+        };
+        ends.windows(2).flat_map(on).collect()
     }
 
     pub(super) fn B(&self, x: Vector3<f64>) -> Vector3<f64> {

@@ -324,7 +324,7 @@ fn add_rigid(q: &mut Sum, rod: &Varying, j: usize, state: &State, forms: &Forms)
     let mut end = state.n - segment.load;
     let mut lever = 0.5 * segment.load;
     let has_arm = rod.chain.rigid_force_arm;
-    for (xi, share) in &rod.field.points {
+    for (xi, share) in &rod.field.places(state.p, segment.length * t) {
         let x = state.p + xi * segment.length * t;
         let force = *share * (rod.field.G(x) * mu);
         end -= force;

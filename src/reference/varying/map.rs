@@ -68,6 +68,13 @@ impl Map {
         self.derivative(x, std::array::from_fn(|k| axes.iter().filter(|axis| **axis == k).count()))
     }
 
+    /// Where a line from `p` by `arm` passes from one cell to the next, as shares of it.
+    pub(super) fn faces(&self, p: Vector3<f64>, arm: Vector3<f64>) -> Vec<f64> {
+        let (u, du) = ((p - self.origin).component_div(&self.steps), arm.component_div(&self.steps));
+        let of_axis = |k: usize| (1..self.grid.counts[k] - 1).map(move |face| (face as f64 - u[k]) / du[k]);
+        (0..3).flat_map(of_axis).filter(|at| 0.0 < *at && *at < 1.0).collect()
+    }
+
     /// B of unit scale.
     pub(super) fn B(&self, x: Vector3<f64>) -> Vector3<f64> {
         Vector3::from_fn(|a, _| -self.by(x, &[a]))

@@ -14,7 +14,8 @@ pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut Sta
     let t: Vector3<f64> = R.column(2).into();
     let mu = R * segment.mu;
     let (mut n, mut m) = (state.n - load, R * state.m_body);
-    for (xi, share) in field.points.iter().copied() {
+    let places = field.places(state.p, L * t);
+    for (xi, share) in places.iter().copied() {
         let arm = xi * L * t;
         let x = state.p + arm;
         let force = share * (field.G(x) * mu);
@@ -29,7 +30,7 @@ pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut Sta
         let darm = L * w.cross(&t) + d.length * t;
         let mut dn = column.dn - d.load;
         let mut dm = w.cross(&(R * state.m_body)) + R * column.dm_body;
-        for (xi, share) in field.points.iter().copied() {
+        for (xi, share) in places.iter().copied() {
             let (arm, dx) = (xi * L * t, dp + xi * darm);
             let x = state.p + arm;
             let (B, G) = (field.B(x), field.G(x));

@@ -5,6 +5,7 @@ use super::boxes::around;
 use super::designs::design;
 use super::limp::limp_scene;
 use super::numbers::Random;
+use super::sampled::{map_file, map_text, sampled_scene};
 use super::walls::walled_scene;
 use rodsweep::model::{CoilArray, CoilLoad, FieldSources, MU0_OVER_4PI, Magnet, MagnetBody, Scene, UnitDipole, Vector};
 use rodsweep::model::{DEFAULT_CLEARANCE, rotation_matrix};
@@ -21,14 +22,22 @@ pub enum RandomScenes {
     Designs,
     /// Rods that are limp under their weight or taut under a pull.
     Limp,
+    /// Their field is sampled on a grid.
+    Sampled,
     /// Rods of the first three kinds beside a wall in the way of their tip.
     Walls,
 }
 
 impl RandomScenes {
     /// All kinds.
-    pub const ALL: [RandomScenes; 5] =
-        [RandomScenes::Uniform, RandomScenes::Varying, RandomScenes::Designs, RandomScenes::Limp, RandomScenes::Walls];
+    pub const ALL: [RandomScenes; 6] = [
+        RandomScenes::Uniform,
+        RandomScenes::Varying,
+        RandomScenes::Designs,
+        RandomScenes::Limp,
+        RandomScenes::Sampled,
+        RandomScenes::Walls,
+    ];
 
     /// Scene `number` of the scenes of `seed`: it depends on these alone.
     pub fn scene(self, seed: u64, number: u64) -> Scene {
@@ -43,6 +52,7 @@ impl RandomScenes {
             }
             RandomScenes::Designs => design(seed, number).scene,
             RandomScenes::Limp => limp_scene(seed, number),
+            RandomScenes::Sampled => sampled_scene(seed, number),
             RandomScenes::Walls => {
                 walled_scene(seed, number, |scene, random| Scene { sources: sources(scene, random), ..scene.clone() })
             }
@@ -58,6 +68,14 @@ impl RandomScenes {
         }
     }
 
+    /// Files that scene `number` names, beside it: name and text.
+    pub fn files(self, seed: u64, number: u64) -> Vec<(String, String)> {
+        match self {
+            RandomScenes::Sampled => vec![(map_file(seed, number), map_text(seed, number))],
+            _ => Vec::new(),
+        }
+    }
+
     /// The option of `verify` that asks for it; empty for the usual one.
     pub fn option(self) -> &'static str {
         match self {
@@ -65,6 +83,7 @@ impl RandomScenes {
             RandomScenes::Varying => "--varying-fields",
             RandomScenes::Designs => "--designs",
             RandomScenes::Limp => "--limp",
+            RandomScenes::Sampled => "--sampled-fields",
             RandomScenes::Walls => "--walls",
         }
     }

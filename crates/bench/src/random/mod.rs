@@ -8,6 +8,7 @@ mod designs;
 mod limp;
 mod numbers;
 mod rods;
+mod sampled;
 mod walls;
 
 pub use any_field::RandomScenes;

@@ -111,7 +111,10 @@ impl Disagreements {
                 let box_of = format!("{kind}-{}-{}", self.options.seed, mismatch.number);
                 let name = mismatch.sample.map_or(box_of.clone(), |sample| format!("{box_of}-{sample}"));
                 let path = folder.join(format!("{name}.toml"));
-                write(&path, &write_scene(&mismatch.scene))?;
+                write(&path, &write_scene(&mismatch.scene).replace("digest = \"\"\n", ""))?;
+                for (name, text) in self.options.kind.files(self.options.seed, mismatch.number) {
+                    write(&folder.join(name), &text)?;
+                }
                 if let Some(sweep) = &mismatch.sweep {
                     write(&folder.join(format!("{box_of}.sweep.toml")), sweep)?;
                 }

@@ -7,6 +7,7 @@ mod sweeps;
 mod truth;
 
 use crate::error::BenchError;
+use crate::files::write_file;
 use crate::random::RandomScenes;
 use ratios::{Beyond, Ratios};
 use rodsweep::backend::{BackendKind, Precision};
@@ -20,7 +21,9 @@ use serde_json::json;
 use std::num::NonZero;
 use std::ops::Range;
 use std::panic::resume_unwind;
+use std::path::{Path, PathBuf};
 use std::thread;
+use std::time::Instant;
 use sweeps::random_sweep;
 use truth::{OTHER_BRANCH, ROWS, SMALL_COLUMN, SMALL_IN_SINGLE, Truth, distance};
 
@@ -57,6 +60,8 @@ pub struct Estimates {
     accounts: Vec<Account>,
     /// Tips of the truth further from the reference's than both their estimates, of so many.
     witnessed: (u64, u64),
+    /// The sweep that took longest, and its seconds.
+    slowest: (u64, f64),
 }
 
 /// Solves random sweeps of `rods` rods each setup, and compares every row with the truth.
@@ -71,22 +76,31 @@ pub fn search_estimates(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Estimates, BenchError> {
     let scenes = rods.div_ceil(ROWS);
-    let mut found =
-        Estimates { kind, seed, scenes, accounts: vec![Account::default(); SETUPS.len()], witnessed: (0, 0) };
+    let mut found = Estimates {
+        kind,
+        seed,
+        scenes,
+        accounts: vec![Account::default(); SETUPS.len()],
+        witnessed: (0, 0),
+        slowest: (0, 0.0),
+    };
     for start in (0..scenes).step_by(SAY_EACH as usize) {
         let end = scenes.min(start + SAY_EACH);
         for part in examine_each(kind, seed, start..end) {
-            let (accounts, witnessed) = part?;
+            let (accounts, witnessed, took) = part?;
             found.accounts.iter_mut().zip(accounts).for_each(|(all, one)| all.add(one));
             found.witnessed = (found.witnessed.0 + witnessed.0, found.witnessed.1 + witnessed.1);
+            if took.1 > found.slowest.1 {
+                found.slowest = took;
+            }
         }
         progress(&format!("{end} sweeps of {scenes}"));
     }
     Ok(found)
 }
 
-/// The result of one sweep: an account by setup, and the tips that the reference contradicts, of so many.
-type Examined = Result<(Vec<Account>, (u64, u64)), BenchError>;
+/// The result of one sweep: an account by setup, the tips that the reference contradicts, of so many, and its number and seconds.
+type Examined = Result<(Vec<Account>, (u64, u64), (u64, f64)), BenchError>;
 
 /// Sweeps side by side. A run waits for threads of the pool, so that it may not wait on one of them.
 fn examine_each(kind: RandomScenes, seed: u64, numbers: Range<u64>) -> Vec<Examined> {
@@ -103,10 +117,16 @@ fn examine_each(kind: RandomScenes, seed: u64, numbers: Range<u64>) -> Vec<Exami
 
 /// The accounts of one sweep in every setup, and of the reference beside its truth.
 fn examine(kind: RandomScenes, seed: u64, number: u64) -> Examined {
+    let began = Instant::now();
     let mut accounts = vec![Account::default(); SETUPS.len()];
+    let took = || (number, began.elapsed().as_secs_f64());
     let spec = random_sweep(kind, seed, number).filter(|spec| spec.scene.validate().is_ok());
-    let Some(mut spec) = spec else { return Ok((accounts, (0, 0))) };
+    let Some(mut spec) = spec else { return Ok((accounts, (0, 0), took())) };
     let truth = Truth::of(&spec)?;
+    if truth.is_unknown() {
+        accounts.iter_mut().for_each(|account| account.unsolved += ROWS);
+        return Ok((accounts, (0, 0), took()));
+    }
     for (account, (_, precision, tolerances)) in accounts.iter_mut().zip(SETUPS) {
         spec.tolerance = tolerances[number as usize % tolerances.len()];
         let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
@@ -120,7 +140,7 @@ fn examine(kind: RandomScenes, seed: u64, number: u64) -> Examined {
         account.compare(&spec, number, precision, &rows.into_table(), &truth);
     }
     let witnessed = if number.is_multiple_of(WITNESSED) { truth.witness()? } else { (0, 0) };
-    Ok((accounts, witnessed))
+    Ok((accounts, witnessed, took()))
 }
 
 impl Account {
@@ -168,7 +188,7 @@ impl Account {
                 estimate,
                 status: status.name(),
             };
-            self.poses.take(row("", tip, estimate[at]), truth.doubt[at].0.max(1e-15), tolerance);
+            self.poses.take(row("", tip, estimate[at]), truth.doubt[at].0.max(1e-14), tolerance);
             for (index, (by_position, by_rotation)) in columns.iter().enumerate() {
                 let value = |row: usize| if row < 3 { by_position[row][at] } else { by_rotation[row - 3][at] };
                 let error = truth.column_error((at, index), (length, small), value);
@@ -186,6 +206,40 @@ impl Estimates {
             let (poses, columns) = (&account.poses, &account.columns);
             poses.beyond.is_empty() && poses.missed == 0 && 10_000 * columns.beyond.len() as u64 <= columns.rows
         })
+    }
+
+    /// Writes the sweeps of the worst rows into a folder, for `run`; returns the files.
+    ///
+    /// # Errors
+    ///
+    /// A folder or file that cannot be written.
+    pub fn write_replays(&self, out: &Path) -> Result<Vec<PathBuf>, BenchError> {
+        let mut beyond: Vec<&Beyond> = self
+            .accounts
+            .iter()
+            .flat_map(|account| account.poses.beyond.iter().chain(&account.columns.beyond))
+            .collect();
+        beyond.sort_by(|a, b| (b.error / b.estimate).total_cmp(&(a.error / a.estimate)));
+        let mut written: Vec<u64> = Vec::new();
+        let mut files = Vec::new();
+        for row in beyond {
+            if written.contains(&row.scene) || written.len() == MOST_NAMED {
+                continue;
+            }
+            written.push(row.scene);
+            if let Some(mut spec) = random_sweep(self.kind, self.seed, row.scene) {
+                spec.tolerance = row.tolerance;
+                let kind = self.kind.option().trim_start_matches('-');
+                let dash = if kind.is_empty() { "" } else { "-" };
+                files.push(out.join(format!("estimates{dash}{kind}-{}-{}.sweep.toml", self.seed, row.scene)));
+                // The file that is written now has another digest.
+                write_file(&files[files.len() - 1], &spec.to_toml().replace("digest = \"\"\n", ""))?;
+                for (name, text) in self.kind.files(self.seed, row.scene) {
+                    write_file(&out.join(name), &text)?;
+                }
+            }
+        }
+        Ok(files)
     }
 
     /// A table of counts and ratios, then the worst rows.
@@ -227,7 +281,10 @@ impl Estimates {
             );
         }
         let (apart, of) = self.witnessed;
-        format!("{table}\n{lines}truth against the reference: {apart} of {of} tips apart\n")
+        let (slowest, seconds) = self.slowest;
+        format!(
+            "{table}\n{lines}truth against the reference: {apart} of {of} tips apart\nslowest: scene {slowest}, {seconds:.1} s\n"
+        )
     }
 
     /// For a program: counts, ratios and histograms.

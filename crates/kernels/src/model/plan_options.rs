@@ -74,6 +74,11 @@ pub struct DerivativeScale {
 impl DerivativeScale {
     /// The difference itself.
     pub const BARE: DerivativeScale = DerivativeScale { share: 1.0, floor: 0.0 };
+
+    /// The floor of methods that have an estimate of their own: none where nothing was measured, or nothing is known.
+    pub fn known_floor(&self) -> f64 {
+        if self.floor < 1.0 { self.floor } else { 0.0 }
+    }
 }
 
 /// Nothing was measured, so nothing is said: 1.

@@ -3,6 +3,7 @@
 use super::ratios::Ratios;
 use super::{Account, Estimates, SETUPS};
 use crate::error::BenchError;
+use crate::files::create_directory;
 use rodsweep::report::{AxisLabel, Colour, Curves, Marker, Panel, Series, Sheet, write_all};
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,7 @@ impl Estimates {
     ///
     /// Nothing to draw, or files that cannot be written.
     pub fn write_figure(&self, out: &Path) -> Result<Vec<PathBuf>, BenchError> {
+        create_directory(out)?;
         let paths: Vec<PathBuf> = FILES.iter().map(|file| out.join(file)).collect();
         let poses = self.panel("poses", |account| &account.poses);
         let columns = self.panel("columns of the Jacobian", |account| &account.columns);

@@ -47,7 +47,8 @@ pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> Option<SweepS
         file: Default::default(),
         scene,
         method: Method::Uniform,
-        seed: random.bits(),
+        // A number that TOML can hold.
+        seed: random.bits() >> 1,
         sample_count: SAMPLES,
         axes,
         uncertain: Vec::new(),

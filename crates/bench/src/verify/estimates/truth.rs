@@ -68,6 +68,11 @@ impl Truth {
         Ok(truth)
     }
 
+    /// Whether no row has an answer to compare with.
+    pub fn is_unknown(&self) -> bool {
+        (0..ROWS as usize).all(|at| !self.solutions.status(at).is_success())
+    }
+
     /// How far another answer is from the truth: by the tip, and by each column.
     fn apart(&self, other: &Solutions, at: usize) -> (f64, Vec<f64>) {
         if !(other.status(at).is_success() && self.solutions.status(at).is_success()) {

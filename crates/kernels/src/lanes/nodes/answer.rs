@@ -129,6 +129,8 @@ fn answer<L: Lane>(
                 }
                 let fits = ready & converged & stable & length(nodes.tip.p).lt(one.constant(REACH));
                 let noise = round_off(nodes);
+                // What responses to a tip moment do not tell: integrals over a short taper.
+                let columns_error = columns_error.max(one.constant(program.derivative_scale.known_floor()));
                 write_row(
                     problem,
                     nodes,

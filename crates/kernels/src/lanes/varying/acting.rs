@@ -72,8 +72,8 @@ impl<L: Lane> Acting<L> {
             }
         }
         for map in &space.maps {
-            for (xi, share) in *points {
-                let (xi, share) = (mean.constant(*xi), mean.constant(*share) * map.scale);
+            for (xi, share) in map.places(before.p, arm, points) {
+                let share = share * map.scale;
                 let local = map.local(axpy(xi, arm, before.p), 3);
                 let (G, T3) = (local.G * share, local.T3(mu) * share);
                 self.B = axpy(share, local.B, self.B);

@@ -22,7 +22,7 @@ use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
 use crate::lanes::stability::has_dead_moment;
 use crate::model::path::{
-    COLUMN_NOISE, DIFFERENCE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER, THROUGH_WALL,
+    DIFFERENCE, FIELD_COLUMN_NOISE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER, THROUGH_WALL,
 };
 use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
@@ -247,7 +247,7 @@ fn write<L: VaryingPasses>(
     let off = (answer.0 - end.base.0, answer.1 - end.base.1);
     let both = difference + (norm(off) / margin).max(norm(moved(workspace, off)));
     let DerivativeScale { share: of_columns, floor } = program.derivative_scale;
-    let noise = amplification / margin * one.constant(COLUMN_NOISE * ROUND_OFF * L::Scalar::EPSILON);
+    let noise = amplification / margin * one.constant(FIELD_COLUMN_NOISE * ROUND_OFF * L::Scalar::EPSILON);
     let derivative_error = (both * one.constant(of_columns)).max(one.constant(floor)) + noise;
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);

@@ -51,6 +51,16 @@ impl<L: Lane> Crossing<'_, L> {
                 force = axpy(share, pull, force);
                 first = axpy(share * xi, pull, first);
             }
+            for map in &space.maps {
+                for (xi, share) in map.places(p, arm, self.points) {
+                    let local = map.local(axpy(xi, arm, p), 2);
+                    let share = share * map.scale;
+                    let pull = local.G * mu; // F1
+                    B = axpy(share, local.B, B);
+                    force = axpy(share, pull, force);
+                    first = axpy(share * xi, pull, first);
+                }
+            }
             n = n - force;
             m = cross_sub(mu, B, m); // F3, F4
             if *force_arm {

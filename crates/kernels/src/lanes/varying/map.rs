@@ -137,6 +137,51 @@ impl<L: Lane> Map<L> {
         MapLocal { B, G, orders }
     }
 
+    /// Places along a line from `p` by `arm`, and their shares of it: those of the rule on each stretch within one cell, where the
+    /// field is a polynomial. A rule of one place is not cut. F9
+    pub fn places(&self, p: Vec3<L>, arm: Vec3<L>, rule: &[(f64, f64)]) -> Vec<(L, L)> {
+        let zero = p.x.constant(0.0);
+        let token = zero.token();
+        let mut cuts: [Vec<f64>; WIDEST] = std::array::from_fn(|_| Vec::new());
+        let (mut begin, mut by) = ([L::Scalar::default(); WIDEST], [L::Scalar::default(); WIDEST]);
+        for axis in 0..if rule.len() > 1 { 3 } else { 0 } {
+            let ProgramMap { grid, origin, steps, .. } = &*self.program;
+            let per_step = zero.constant(1.0 / steps[axis]);
+            ((p[axis] - self.X[axis] - zero.constant(origin[axis])) * per_step).store(&mut begin);
+            (arm[axis] * per_step).store(&mut by);
+            // Beyond the first and the last cell their polynomials go on.
+            let most = (grid.counts[axis] - 2) as f64;
+            for lane in 0..L::COUNT {
+                let (u, du) = (begin[lane].to_f64(), by[lane].to_f64());
+                let last = u.max(u + du).min(most);
+                let mut face = u.min(u + du).ceil().max(1.0);
+                while face <= last {
+                    let at = (face - u) / du;
+                    if 0.0 < at && at < 1.0 {
+                        cuts[lane].push(at);
+                    }
+                    face += 1.0;
+                }
+            }
+        }
+        cuts.iter_mut().for_each(|cuts| cuts.sort_by(f64::total_cmp));
+        let stretches = 1 + cuts.iter().map(Vec::len).max().unwrap_or(0);
+        let mut places = Vec::with_capacity(stretches * rule.len());
+        let mut from = zero;
+        let mut ends = [L::Scalar::default(); WIDEST];
+        for k in 0..stretches {
+            for (end, cuts) in ends.iter_mut().zip(&cuts) {
+                *end = L::Scalar::from_f64(cuts.get(k).copied().unwrap_or(1.0));
+            }
+            let to = L::load(token, &ends);
+            for (at, share) in rule {
+                places.push(((to - from).mul_add(zero.constant(*at), from), (to - from) * zero.constant(*share)));
+            }
+            from = to;
+        }
+        places
+    }
+
     /// How far a point is inside; negative outside.
     #[inline(always)]
     pub fn inside(&self, x: Vec3<L>, least: L) -> L {

@@ -2,6 +2,7 @@
 
 use super::acting::Acting;
 use super::crossing::Crossing;
+use super::map::Map;
 use super::space::{Dipole, Local, Space, gradient};
 use super::wall::WallChange;
 use crate::lanes::algebra::{Mat3, Vec3, axpy};
@@ -20,6 +21,15 @@ struct DipoleChange<L> {
     dM: Vec3<L>,
 }
 
+/// How a map changes.
+#[derive(Clone, Copy, Debug)]
+enum MapChange<L> {
+    /// The number of the map, and its factor's rate.
+    Scale(usize, L),
+    /// The number of the map, and its place's rate.
+    Place(usize, Vec3<L>),
+}
+
 /// How the field changes.
 #[derive(Clone, Debug)]
 struct FieldChange<L> {
@@ -28,7 +38,7 @@ struct FieldChange<L> {
     has_origin: bool,
     origin: Vec3<L>,
     dipoles: Vec<DipoleChange<L>>,
-    maps: Vec<(Slot, L)>,
+    maps: Vec<MapChange<L>>,
 }
 
 /// Three parameters.
@@ -120,7 +130,8 @@ impl<L: Lane> Parameters<L> {
                     Slot::WallRadius => wall.radius = wall.radius + rate,
                     Slot::WallTipRadius => wall.tip_radius = wall.tip_radius + rate,
                     Slot::WallCompliance => wall.compliance = wall.compliance + rate,
-                    Slot::MapScale(_) | Slot::MapPosition(..) => change.maps.push((*slot, rate)),
+                    Slot::MapScale(map) => change.maps.push(MapChange::Scale(map, rate)),
+                    Slot::MapPosition(map, axis) => change.maps.push(MapChange::Place(map, unit(axis, rate))),
                     _ => {}
                 }
             }
@@ -153,30 +164,9 @@ impl<L: Lane> Parameters<L> {
                 dF = dF + turned.G(x - X) * mu;
             }
         }
-        let (of_B, of_F) = self.maps(space, k, x, mu);
-        (dB + of_B, dF + of_F)
-    }
-
-    /// The same from maps.
-    #[inline(always)]
-    fn maps(&self, space: &Space<L>, k: usize, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
-        let none = Vec3::splat(x.x.constant(0.0));
-        let (mut dB, mut dF) = (none, none);
-        for (slot, rate) in &self.field[k].maps {
-            match *slot {
-                Slot::MapScale(j) => {
-                    let local = space.maps[j].local(x, 2);
-                    dB = dB + local.B * *rate;
-                    dF = dF + local.G * mu * *rate;
-                }
-                Slot::MapPosition(j, axis) => {
-                    let (map, dX) = (&space.maps[j], unit(axis, *rate));
-                    let local = map.local(x, 3);
-                    dB = dB - local.G * dX * map.scale;
-                    dF = dF - local.T3(mu) * dX * map.scale;
-                }
-                _ => {}
-            }
+        for change in &change.maps {
+            let (of_B, of_F) = change.at(change.map(space), x, mu);
+            (dB, dF) = (dB + of_B, dF + of_F);
         }
         (dB, dF)
     }
@@ -208,13 +198,37 @@ impl<L: Lane> Parameters<L> {
                 (dF, first) = (dF + of_dipole.pull[0] * dipole.dM, first + of_dipole.pull[1] * dipole.dM);
             }
         }
-        for (xi, share) in if change.maps.is_empty() { &[][..] } else { *points } {
-            let (xi, share) = (mean.constant(*xi), mean.constant(*share));
-            let (of_B, of_F) = self.maps(space, k, axpy(xi, arm, before.p), mu);
-            (dB, dF) = (axpy(share, of_B, dB), axpy(share, of_F, dF));
-            first = axpy(share * xi, of_F, first);
+        for change in &change.maps {
+            let map = change.map(space);
+            for (xi, share) in map.places(before.p, arm, points) {
+                let (of_B, of_F) = change.at(map, axpy(xi, arm, before.p), mu);
+                (dB, dF) = (axpy(share, of_B, dB), axpy(share, of_F, dF));
+                first = axpy(share * xi, of_F, first);
+            }
         }
         (dB, dF, first)
+    }
+}
+
+impl<L: Lane> MapChange<L> {
+    fn map<'a>(&self, space: &'a Space<L>) -> &'a Map<L> {
+        let (MapChange::Scale(number, _) | MapChange::Place(number, _)) = *self;
+        &space.maps[number]
+    }
+
+    /// Of B at a point that stands still, and of the force on a dipole there.
+    #[inline(always)]
+    fn at(&self, map: &Map<L>, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        match *self {
+            MapChange::Scale(_, rate) => {
+                let local = map.local(x, 2);
+                (local.B * rate, local.G * mu * rate)
+            }
+            MapChange::Place(_, dX) => {
+                let local = map.local(x, 3);
+                (-(local.G * dX * map.scale), -(local.T3(mu) * dX * map.scale))
+            }
+        }
     }
 }
 

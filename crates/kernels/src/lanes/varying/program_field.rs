@@ -16,7 +16,7 @@ pub struct ProgramField {
     /// Of each dipole outside of the rod, in the plan's units.
     pub clearances: Vec<f64>,
     pub maps: Vec<Arc<ProgramMap>>,
-    /// Points of a rigid segment where the field acts, and their shares of its dipole: on a path with care; on the fine steps, as
+    /// Points of a rigid segment where the field acts, and their shares of its dipole, for maps on each stretch within a cell: on a path with care; on the fine steps, as
     /// many times as the plan has parts; for the answer.
     pub points: &'static [(f64, f64)],
     pub fine_points: Vec<(f64, f64)>,
@@ -29,7 +29,7 @@ impl ProgramField {
         let rod = plan.scene.rod();
         let field = rod.field.as_ref().filter(|_| plan.terms.varying_field)?;
         let clearances: Vec<f64> = field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect();
-        let nearest = if field.maps.is_empty() { clearances.iter().copied().fold(FAR, f64::min) } else { 0.0 };
+        let nearest = clearances.iter().copied().fold(FAR, f64::min);
         let magnets = plan.segments.iter().filter(|segment| segment.has_dipole);
         let longest = magnets.map(|segment| constant(segment.record).unwrap_or(FAR)).fold(0.0, f64::max);
         let target = plan.target();

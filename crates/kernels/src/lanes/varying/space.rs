@@ -164,17 +164,13 @@ impl<L: Lane> Space<L> {
         (B, G)
     }
 
-    /// B at a point and the force on a dipole there.
+    /// B at a point and the force on a dipole there, but for what maps add.
     #[inline(always)]
     pub fn acts(&self, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
         let (mut B, mut F) = (self.B0 + self.G * (x - self.origin), self.G * mu);
         for dipole in &self.dipoles {
             let (of_B, of_F) = dipole.acts(x - dipole.X, mu);
             (B, F) = (B + of_B, F + of_F);
-        }
-        for map in &self.maps {
-            let local = map.local(x, 2);
-            (B, F) = (B + local.B * map.scale, F + local.G * mu * map.scale);
         }
         (B, F)
     }
