@@ -122,7 +122,7 @@ fn norm(v: &[f64]) -> f64 {
 #[test]
 fn of_random_sweeps_of_the_day() {
     let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400;
-    for (kind, rods) in [(RandomScenes::Uniform, 320), (RandomScenes::Sampled, 64)] {
+    for (kind, rods) in [(RandomScenes::Uniform, 128), (RandomScenes::Sampled, 32)] {
         let found = search_estimates(kind, rods, seed, &mut |_| {}).expect("solved");
         let told = format!("verify --random {rods} --seed {seed} --estimates {}\n{}", kind.option(), found.text());
         let json: Value = serde_json::from_str(&found.json()).expect("JSON");
