@@ -22,7 +22,7 @@ pub enum RandomScenes {
     Designs,
     /// Rods that are limp under their weight or taut under a pull.
     Limp,
-    /// Their field is sampled on a grid.
+    /// Every combination of terms in a field that is sampled on a grid.
     Sampled,
     /// Rods of the first three kinds beside a wall in the way of their tip.
     Walls,

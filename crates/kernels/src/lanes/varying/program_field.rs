@@ -16,8 +16,8 @@ pub struct ProgramField {
     /// Of each dipole outside of the rod, in the plan's units.
     pub clearances: Vec<f64>,
     pub maps: Vec<Arc<ProgramMap>>,
-    /// Points of a rigid segment where the field acts, and their shares of its dipole, for maps on each stretch within a cell: on a path with care; on the fine steps, as
-    /// many times as the plan has parts; for the answer.
+    /// Points of a rigid segment where the field acts, and their shares of its dipole (of maps, on each stretch within a cell): on a
+    /// path with care; on the fine steps, as many times as the plan has parts; for the answer.
     pub points: &'static [(f64, f64)],
     pub fine_points: Vec<(f64, f64)>,
     pub check_points: Vec<(f64, f64)>,
