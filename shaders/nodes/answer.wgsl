@@ -125,7 +125,7 @@ fn answer(rod: Rod) {
                 return;
             }
             let noise = round_off();
-            // What responses to a tip moment do not tell: integrals over a short taper.
+            // Responses to a tip moment do not tell the error of an integral over a short taper; the measured floor does.
             let floor = select(0.0, settings.derivative_floor, settings.derivative_floor < 1.0);
             let known = max(columns_error, floor);
             write_row(rod, error + noise, known + noise * COLUMN_NOISE, stability, index);

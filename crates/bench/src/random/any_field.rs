@@ -120,18 +120,8 @@ struct Around<'a> {
 impl Around<'_> {
     /// A place as far as this from the middle of the straight rod.
     fn place(&mut self, distance: f64) -> Vector {
-        let direction = self.direction();
+        let direction = self.random.direction();
         std::array::from_fn(|k| self.middle[k] + distance * direction[k])
-    }
-
-    fn direction(&mut self) -> Vector {
-        loop {
-            let v = self.random.vector(1.0);
-            let size = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if (0.1..1.0).contains(&size) {
-                return v.map(|x| x / size);
-            }
-        }
     }
 
     /// How far a source is from the middle (m), and its dipole (A·m²), whose field there is a share of the largest.
@@ -142,7 +132,7 @@ impl Around<'_> {
 
     fn magnet(&mut self, number: usize) -> Magnet {
         let (distance, size) = self.source();
-        let axis = self.direction();
+        let axis = self.random.direction();
         let is_body = self.random.chance(0.5);
         let body = is_body.then(|| MagnetBody {
             axis,
@@ -167,7 +157,7 @@ impl Around<'_> {
             let (distance, size) = around.source();
             let dipole = UnitDipole {
                 position: around.place(distance),
-                moment_per_ampere: around.direction().map(|x| x * size),
+                moment_per_ampere: around.random.direction().map(|x| x * size),
             };
             vec![dipole]
         };

@@ -36,6 +36,17 @@ impl Random {
         std::array::from_fn(|_| self.within(-size, size))
     }
 
+    /// Of length one, in any direction.
+    pub fn direction(&mut self) -> Vector {
+        loop {
+            let v = self.vector(1.0);
+            let size = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if (0.1..1.0).contains(&size) {
+                return v.map(|x| x / size);
+            }
+        }
+    }
+
     /// True with a probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability

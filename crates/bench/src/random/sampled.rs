@@ -74,7 +74,7 @@ impl Nodes {
         for _ in 0..1 + (random.unit() * 2.999) as usize {
             let distance = length * random.between(DISTANCES.0, DISTANCES.1);
             let size = random.within(0.1, 1.0) * FIELD * distance.powi(3) / (2.0 * MU0_OVER_4PI);
-            let (at, moment) = (direction(random), direction(random));
+            let (at, moment) = (random.direction(), random.direction());
             field.dipoles.push(FieldDipole {
                 position: std::array::from_fn(|k| base[k] + distance * at[k]),
                 moment: moment.map(|x| x * size),
@@ -92,15 +92,5 @@ impl Nodes {
         let [x, y, _] = self.counts;
         let index = [at % x, at / x % y, at / (x * y)];
         std::array::from_fn(|k| self.origin[k] + self.steps[k] * index[k] as f64)
-    }
-}
-
-fn direction(random: &mut Random) -> Vector {
-    loop {
-        let v = random.vector(1.0);
-        let size = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if (0.1..1.0).contains(&size) {
-            return v.map(|x| x / size);
-        }
     }
 }

@@ -185,7 +185,7 @@ pub const SECOND_ORDER: f64 = 2.0;
 pub const ROUND_OFF: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;
-/// The same in fields that vary, where a column that is nearly zero is what larger ones leave: 155 was measured.
+/// Round-off of columns in fields that vary, in units of epsilon: a small column is the difference of large ones. 155 was measured.
 pub const FIELD_COLUMN_NOISE: f64 = 192.0;
 /// The same where columns grow along the rod.
 pub const GROWTH_NOISE: f64 = 4.0;

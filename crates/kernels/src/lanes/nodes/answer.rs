@@ -129,7 +129,7 @@ fn answer<L: Lane>(
                 }
                 let fits = ready & converged & stable & length(nodes.tip.p).lt(one.constant(REACH));
                 let noise = round_off(nodes);
-                // What responses to a tip moment do not tell: integrals over a short taper.
+                // Responses to a tip moment do not tell the error of an integral over a short taper; the measured floor does.
                 let columns_error = columns_error.max(one.constant(program.derivative_scale.known_floor()));
                 write_row(
                     problem,

@@ -216,7 +216,7 @@ impl<L: Lane> MapChange<L> {
         &space.maps[number]
     }
 
-    /// Of B at a point that stands still, and of the force on a dipole there.
+    /// The rates of B at a fixed point and of the force on a dipole there.
     #[inline(always)]
     fn at(&self, map: &Map<L>, x: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
         match *self {
