@@ -12,6 +12,7 @@ const FIELD_NEWTON_LIMIT: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
+const STAGE_NOISE: f32 = 0.0; //@spec
 const ROWS: u32 = 9u; //@spec
 
 // Takes the sample one turn further: a pass over the rod, and what follows from it.
@@ -174,7 +175,8 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     // The second order of both moves of the tip to first order: to the answer, and of the pass on twice the steps to its rest.
     let turned = dot(by_rest.first, by_rest.first) + dot(by_rest.last, by_rest.last);
     let second_order = (turned + dot(shift.first, shift.first) + dot(shift.last, shift.last)) * SECOND_ORDER;
-    store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + noise + second_order);
+    let rounded = noise * STAGE_NOISE;
+    store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + rounded + second_order);
     let both = largest + max(norm(delta) / stability, max(norm(shift), norm(by_rest)));
     let derivative_error = max(both * settings.derivative_share, settings.derivative_floor);
     store(DERIVATIVE_ERROR_COLUMN, derivative_error + noise / stability * FIELD_COLUMN_NOISE);

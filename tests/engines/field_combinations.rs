@@ -169,7 +169,7 @@ fn engines_agree_on_shear_by_the_field_alone() {
 /// Columns of the curvature at the start are its differences; so are those of the tip without the force arm.
 #[test]
 fn columns_of_combinations_are_differences() {
-    for (case, is_armless) in cases().into_iter().step_by(9).flat_map(|case| [(case.clone(), true), (case, false)]) {
+    for (case, is_armless) in cases().into_iter().step_by(18).flat_map(|case| [(case.clone(), true), (case, false)]) {
         let scene = Scene { rigid_force_arm: !is_armless, ..held(&case, [0.01, -0.02, 0.03]) };
         let rod = scene.rod();
         let units = rod_units(&rod);

@@ -220,15 +220,16 @@ fn engines_agree_in_a_map() {
 /// A magnet that lies across many cells is what its pieces are, each within one or two: no rule of points knows where faces are.
 #[test]
 fn a_long_magnet_in_a_map_is_its_pieces() {
+    const PIECES: u32 = 8;
     let mut whole = mapped(24);
     whole.segments[0].length = 0.03;
     whole.segments[1].length = 0.03;
     let mut pieces = whole.clone();
     let piece = pieces.segments.pop().expect("the magnet");
-    for k in 0..24 {
+    for k in 0..PIECES {
         let mut one = piece.clone();
         one.name = format!("piece{k}");
-        one.length = piece.length / 24.0;
+        one.length = piece.length / f64::from(PIECES);
         pieces.segments.push(one);
     }
     let options = PlanOptions { tolerance: 1e-11, stepper: Stepper::Dop853, steps: 24, ..PlanOptions::default() };

@@ -23,6 +23,12 @@ pub fn write_file(path: &Path, text: &str) -> Result<(), BenchError> {
         .map_err(|source| BenchError::Write { path: path.to_owned(), source })
 }
 
+/// The same, with the directory that the file lies in.
+pub fn write_in_directory(path: &Path, text: &str) -> Result<(), BenchError> {
+    path.parent().map_or(Ok(()), create_directory)?;
+    write_file(path, text)
+}
+
 /// Reads a text.
 pub fn read_file(path: &Path) -> Result<String, BenchError> {
     rodsweep::files::read_text(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })

@@ -2,6 +2,7 @@
 
 use crate::{CommandError, Exit, print, say};
 use clap::{Args, ValueEnum};
+use rodsweep::backend::BackendKind;
 use rodsweep_bench::BenchError;
 use rodsweep_bench::random::RandomScenes;
 use rodsweep_bench::verify::{SearchOptions, VerifyOptions, search_disagreements, search_estimates, verify_hard};
@@ -39,13 +40,13 @@ pub struct VerifyArguments {
     #[arg(long, value_name = "K", default_value_t = 0, requires = "random")]
     pub first: u64,
     /// Look for rows that are off by more than their estimates instead: random sweeps of N rods, with short tapers and kinks,
-    /// on the CPU engine at loose and at tight tolerances, against grids that are refined until they agree
+    /// on the CPU engine at loose and at tight tolerances or on a GPU, against grids that are refined until they agree
     #[arg(long, requires = "random", conflicts_with_all = ["around", "judge", "first"])]
     pub estimates: bool,
     /// Ask the judge about every random scene, not only where engine and reference differ
     #[arg(long, requires = "random")]
     pub judge: bool,
-    /// Engines that solve random scenes: the CPU, or a GPU beside it. Without --random, `gpu` checks a GPU that is software, too
+    /// Engines that solve random scenes: the CPU, or a GPU beside it (with --estimates in its place). Without --random, `gpu` checks a GPU that is software, too
     #[arg(long, value_enum)]
     pub backend: Option<VerifyBackend>,
     /// Check a GPU that is software, too, which takes minutes
@@ -98,7 +99,8 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
     // Before anything is solved: a search that is interrupted can be repeated.
     say(&format!("seed {seed}"));
     if arguments.estimates {
-        let found = search_estimates(kind, scenes, seed, &mut say)?;
+        let backend = if arguments.backend == Some(VerifyBackend::Gpu) { BackendKind::Gpu } else { BackendKind::Cpu };
+        let found = search_estimates(kind, scenes, seed, backend, &mut say)?;
         print(&if arguments.json { found.json() } else { found.text() })?;
         let files = found.write_figure(&arguments.out).map_err(unwritten)?;
         say(&format!("figure: {}", files[0].display()));

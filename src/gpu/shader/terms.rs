@@ -213,6 +213,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan, most_passes: f64) {
         ("ROUNDED", path::rounded(s.precision.epsilon(), plan.step_count())),
         ("COLUMN_NOISE", path::COLUMN_NOISE),
         ("FIELD_COLUMN_NOISE", path::FIELD_COLUMN_NOISE),
+        ("STAGE_NOISE", plan.options.stepper.stage_noise()),
         ("GROWTH_NOISE", path::GROWTH_NOISE),
         ("REACH", path::REACH),
     ];

@@ -5,6 +5,7 @@ use super::around::judge_box;
 use super::search::{Contender, SearchOptions};
 use super::verdicts::{Mismatch, Verdicts, judge_scenes};
 use crate::error::BenchError;
+use crate::files::write_in_directory;
 use rodsweep::input::write_scene;
 use std::path::{Path, PathBuf};
 
@@ -111,12 +112,12 @@ impl Disagreements {
                 let box_of = format!("{kind}-{}-{}", self.options.seed, mismatch.number);
                 let name = mismatch.sample.map_or(box_of.clone(), |sample| format!("{box_of}-{sample}"));
                 let path = folder.join(format!("{name}.toml"));
-                write(&path, &write_scene(&mismatch.scene).replace("digest = \"\"\n", ""))?;
+                write_in_directory(&path, &write_scene(&mismatch.scene).replace("digest = \"\"\n", ""))?;
                 for (name, text) in self.options.kind.files(self.options.seed, mismatch.number) {
-                    write(&folder.join(name), &text)?;
+                    write_in_directory(&folder.join(name), &text)?;
                 }
                 if let Some(sweep) = &mismatch.sweep {
-                    write(&folder.join(format!("{box_of}.sweep.toml")), sweep)?;
+                    write_in_directory(&folder.join(format!("{box_of}.sweep.toml")), sweep)?;
                 }
                 self.replays.push((engine, mismatch.number, mismatch.sample, path));
             }
@@ -130,10 +131,4 @@ impl Disagreements {
             |of: &&(usize, u64, Option<u64>, PathBuf)| (of.0, of.1, of.2) == (engine, mismatch.number, mismatch.sample);
         self.replays.iter().find(is_this).map(|(.., path)| path.as_path())
     }
-}
-
-fn write(path: &Path, text: &str) -> Result<(), BenchError> {
-    let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-    let written = folder.and_then(|()| std::fs::write(path, text));
-    written.map_err(|source| BenchError::Write { path: path.to_owned(), source })
 }

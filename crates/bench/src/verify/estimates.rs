@@ -2,6 +2,7 @@
 //! as `run` solves them, against answers on grids that are refined until they agree.
 
 mod figure;
+mod known;
 mod ratios;
 mod sweeps;
 mod truth;
@@ -9,14 +10,14 @@ mod truth;
 use crate::error::BenchError;
 use crate::files::write_file;
 use crate::random::RandomScenes;
+use known::KnownRows;
 use ratios::{Beyond, Ratios};
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::{EngineRequest, F32_TOLERANCE};
 use rodsweep::model::{Quantity, Status, rotation_angle, rotation_matrix};
 use rodsweep::report::{TextTable, engineering};
 use rodsweep::spec::SweepSpec;
-use rodsweep::sweep::{Memory, SweepJob};
-use rodsweep::table::Table;
+use rodsweep::sweep::SweepJob;
 use serde_json::json;
 use std::num::NonZero;
 use std::ops::Range;
@@ -34,15 +35,35 @@ const WITNESSED: u64 = 64;
 /// Rows that are named, the worst first.
 const MOST_NAMED: usize = 12;
 
-/// Each setup of the engine: its name, its precision, the tolerances that sweeps take in turn.
-const SETUPS: [(&str, Precision, &[f64]); 4] = [
-    ("f64, loose", Precision::F64, &[1e-2, 1e-3, 1e-4]),
-    ("f64, usual", Precision::F64, &[1e-6]),
-    ("f64, tight", Precision::F64, &[1e-8, 1e-9, 1e-11]),
-    ("f32", Precision::F32, &[1e-2, 1e-3, 1e-6]),
-];
+/// A setup of an engine.
+#[derive(Clone, Copy, Debug)]
+struct Setup {
+    name: &'static str,
+    backend: BackendKind,
+    precision: Precision,
+    /// Sweeps take them in turn.
+    tolerances: &'static [f64],
+}
 
-/// One setup.
+impl Setup {
+    const fn new(name: &'static str, backend: BackendKind, precision: Precision, tolerances: &'static [f64]) -> Setup {
+        Setup { name, backend, precision, tolerances }
+    }
+}
+
+/// Setups of the CPU engine.
+const CPU_SETUPS: &[Setup] = &[
+    Setup::new("cpu f64, loose", BackendKind::Cpu, Precision::F64, &[1e-2, 1e-3, 1e-4]),
+    Setup::new("cpu f64, usual", BackendKind::Cpu, Precision::F64, &[1e-6]),
+    Setup::new("cpu f64, tight", BackendKind::Cpu, Precision::F64, &[1e-8, 1e-9, 1e-11]),
+    Setup::new("cpu f32", BackendKind::Cpu, Precision::F32, SINGLE),
+];
+/// A GPU, which computes in f32.
+const GPU_SETUPS: &[Setup] = &[Setup::new("gpu f32", BackendKind::Gpu, Precision::F32, SINGLE)];
+/// Tolerances that f32 is asked for; the last one is beyond it.
+const SINGLE: &[f64] = &[1e-2, 1e-3, 1e-6];
+
+/// The result of one setup.
 #[derive(Clone, Debug, Default)]
 struct Account {
     poses: Ratios,
@@ -57,6 +78,7 @@ pub struct Estimates {
     kind: RandomScenes,
     seed: u64,
     scenes: u64,
+    setups: &'static [Setup],
     accounts: Vec<Account>,
     /// Tips of the truth further from the reference's than both their estimates, of so many.
     witnessed: (u64, u64),
@@ -64,7 +86,7 @@ pub struct Estimates {
     slowest: (u64, f64),
 }
 
-/// Solves random sweeps of `rods` rods each setup, and compares every row with the truth.
+/// Solves random sweeps of `rods` rods each setup of one engine, and compares every row with the truth.
 ///
 /// # Errors
 ///
@@ -73,20 +95,23 @@ pub fn search_estimates(
     kind: RandomScenes,
     rods: u64,
     seed: u64,
+    backend: BackendKind,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Estimates, BenchError> {
     let scenes = rods.div_ceil(ROWS);
+    let setups = if backend == BackendKind::Gpu { GPU_SETUPS } else { CPU_SETUPS };
     let mut found = Estimates {
         kind,
         seed,
         scenes,
-        accounts: vec![Account::default(); SETUPS.len()],
+        setups,
+        accounts: vec![Account::default(); setups.len()],
         witnessed: (0, 0),
         slowest: (0, 0.0),
     };
     for start in (0..scenes).step_by(SAY_EACH as usize) {
         let end = scenes.min(start + SAY_EACH);
-        for part in examine_each(kind, seed, start..end) {
+        for part in examine_each(kind, seed, setups, start..end) {
             let (accounts, witnessed, took) = part?;
             found.accounts.iter_mut().zip(accounts).for_each(|(all, one)| all.add(one));
             found.witnessed = (found.witnessed.0 + witnessed.0, found.witnessed.1 + witnessed.1);
@@ -103,10 +128,10 @@ pub fn search_estimates(
 type Examined = Result<(Vec<Account>, (u64, u64), (u64, f64)), BenchError>;
 
 /// Sweeps side by side. A run waits for threads of the pool, so that it may not wait on one of them.
-fn examine_each(kind: RandomScenes, seed: u64, numbers: Range<u64>) -> Vec<Examined> {
+fn examine_each(kind: RandomScenes, seed: u64, setups: &[Setup], numbers: Range<u64>) -> Vec<Examined> {
     let workers = thread::available_parallelism().map_or(1, NonZero::get);
     let of_worker = |worker: usize| -> Vec<Examined> {
-        numbers.clone().skip(worker).step_by(workers).map(|number| examine(kind, seed, number)).collect()
+        numbers.clone().skip(worker).step_by(workers).map(|number| examine(kind, seed, setups, number)).collect()
     };
     thread::scope(|scope| {
         let of_worker = &of_worker;
@@ -116,9 +141,9 @@ fn examine_each(kind: RandomScenes, seed: u64, numbers: Range<u64>) -> Vec<Exami
 }
 
 /// The accounts of one sweep in every setup, and of the reference beside its truth.
-fn examine(kind: RandomScenes, seed: u64, number: u64) -> Examined {
+fn examine(kind: RandomScenes, seed: u64, setups: &[Setup], number: u64) -> Examined {
     let began = Instant::now();
-    let mut accounts = vec![Account::default(); SETUPS.len()];
+    let mut accounts = vec![Account::default(); setups.len()];
     let took = || (number, began.elapsed().as_secs_f64());
     let spec = random_sweep(kind, seed, number).filter(|spec| spec.scene.validate().is_ok());
     let Some(mut spec) = spec else { return Ok((accounts, (0, 0), took())) };
@@ -127,17 +152,18 @@ fn examine(kind: RandomScenes, seed: u64, number: u64) -> Examined {
         accounts.iter_mut().for_each(|account| account.unsolved += ROWS);
         return Ok((accounts, (0, 0), took()));
     }
-    for (account, (_, precision, tolerances)) in accounts.iter_mut().zip(SETUPS) {
+    for (account, Setup { backend, precision, tolerances, .. }) in accounts.iter_mut().zip(setups) {
         spec.tolerance = tolerances[number as usize % tolerances.len()];
-        let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
-        let mut rows = Memory::new();
+        let request = EngineRequest::of(*backend).precision(Some(*precision));
+        let mut rows = KnownRows::of(&truth);
         SweepJob::new(spec.clone())
             .engine(request)
             .spot_check(None)
             .path_check(None)
             .limit(Some(ROWS))
+            .part_size(Some(rows.part_size()))
             .run(&mut rows)?;
-        account.compare(&spec, number, precision, &rows.into_table(), &truth);
+        account.compare(&spec, number, *precision, rows, &truth);
     }
     let witnessed = if number.is_multiple_of(WITNESSED) { truth.witness()? } else { (0, 0) };
     Ok((accounts, witnessed, took()))
@@ -152,7 +178,9 @@ impl Account {
         self.refined += other.refined;
     }
 
-    fn compare(&mut self, spec: &SweepSpec, number: u64, precision: Precision, rows: &Table, truth: &Truth) {
+    fn compare(&mut self, spec: &SweepSpec, number: u64, precision: Precision, known: KnownRows, truth: &Truth) {
+        let (samples, rows) = known.into_rows();
+        self.unsolved += ROWS - samples.len() as u64;
         let numbers = |name: String| rows.numbers(&name).unwrap_or_default();
         let vector = |name: &str| ["x", "y", "z"].map(|axis| numbers(format!("{name}.{axis}")));
         let (position, rotation) = (vector("tip.position"), vector("tip.rotation"));
@@ -164,15 +192,15 @@ impl Account {
             Precision::F32 => (spec.tolerance.max(F32_TOLERANCE), SMALL_IN_SINGLE),
             Precision::F64 => (spec.tolerance, SMALL_COLUMN),
         };
-        for (at, status) in rows.statuses().iter().enumerate().take(ROWS as usize) {
-            if !(status.is_success() && truth.solutions.status(at).is_success()) {
+        for (row_at, (at, status)) in samples.into_iter().zip(rows.statuses()).enumerate() {
+            if !status.is_success() {
                 self.unsolved += 1;
                 continue;
             }
             self.refined += u64::from(*status == Status::Refined);
             let length = truth.plan.sample_rod(&truth.batch, at).total_length();
-            let p: [f64; 3] = std::array::from_fn(|k| position[k][at]);
-            let w: [f64; 3] = std::array::from_fn(|k| rotation[k][at]);
+            let p: [f64; 3] = std::array::from_fn(|k| position[k][row_at]);
+            let w: [f64; 3] = std::array::from_fn(|k| rotation[k][row_at]);
             let dp = distance(&p, &truth.solutions.vector(at, Quantity::TipPosition)) / length;
             let tip = dp.max(rotation_angle(&rotation_matrix(w), &truth.solutions.tip_rotation(at)));
             if tip > OTHER_BRANCH && tip > 100.0 * spec.tolerance {
@@ -188,12 +216,16 @@ impl Account {
                 estimate,
                 status: status.name(),
             };
-            self.poses.take(row("", tip, estimate[at]), truth.doubt[at].0.max(1e-14), tolerance);
+            self.poses.take(row("", tip, estimate[row_at]), truth.doubt[at].0.max(1e-14), tolerance);
             for (index, (by_position, by_rotation)) in columns.iter().enumerate() {
-                let value = |row: usize| if row < 3 { by_position[row][at] } else { by_rotation[row - 3][at] };
+                let value = |row: usize| if row < 3 { by_position[row][row_at] } else { by_rotation[row - 3][row_at] };
                 let error = truth.column_error((at, index), (length, small), value);
                 let doubt = truth.doubt[at].1[index].max(1e-14);
-                self.columns.take(row(&names[index], error, derivative_error[at]), doubt, spec.derivative_tolerance);
+                self.columns.take(
+                    row(&names[index], error, derivative_error[row_at]),
+                    doubt,
+                    spec.derivative_tolerance,
+                );
             }
         }
     }
@@ -245,7 +277,7 @@ impl Estimates {
     /// A table of counts and ratios, then the worst rows.
     pub fn text(&self) -> String {
         let heads = [
-            "cpu",
+            "engine",
             "of",
             "rows",
             "too exact to tell",
@@ -257,12 +289,12 @@ impl Estimates {
         ];
         let mut table = TextTable::new(heads);
         let mut lines = String::new();
-        for (account, (name, ..)) in self.accounts.iter().zip(SETUPS) {
+        for (account, Setup { name, .. }) in self.accounts.iter().zip(self.setups) {
             for (what, ratios) in [("poses", &account.poses), ("columns", &account.columns)] {
                 let counts = [ratios.rows, ratios.untold, ratios.beyond.len() as u64].map(|count| count.to_string());
                 let values = [ratios.worst(), ratios.median()].map(engineering);
                 let misses = [ratios.missed, ratios.announced].map(|count| count.to_string());
-                let cells = [name.to_owned(), what.to_owned()].into_iter().chain(counts).chain(values).chain(misses);
+                let cells = [(*name).to_owned(), what.to_owned()].into_iter().chain(counts).chain(values).chain(misses);
                 table.row(cells);
                 let mut worst: Vec<&Beyond> = ratios.beyond.iter().collect();
                 worst.sort_by(|a, b| (b.error / b.estimate).total_cmp(&(a.error / a.estimate)));
@@ -301,9 +333,9 @@ impl Estimates {
                 "histogram": ratios.histogram(),
             })
         };
-        let setup = |(account, (name, ..)): (&Account, (&str, Precision, &[f64]))| {
+        let setup = |(account, Setup { name, .. }): (&Account, &Setup)| {
             json!({
-                "engine": format!("cpu {name}"),
+                "engine": name,
                 "unsolved": account.unsolved,
                 "other_branch": account.other_branch,
                 "refined": account.refined,
@@ -316,7 +348,7 @@ impl Estimates {
             "scenes": self.kind.option().trim_start_matches("--"),
             "seed": self.seed,
             "sweeps": self.scenes,
-            "setups": self.accounts.iter().zip(SETUPS).map(setup).collect::<Vec<_>>(),
+            "setups": self.accounts.iter().zip(self.setups).map(setup).collect::<Vec<_>>(),
             "apart_from_reference": self.witnessed.0,
             "witnessed": self.witnessed.1,
         });

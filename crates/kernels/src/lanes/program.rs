@@ -138,6 +138,8 @@ pub struct Program {
     pub error_share: f64,
     /// Differences below so many times what round-off can do are round-off alone.
     pub rounded: f64,
+    /// See [`Stepper::stage_noise`](crate::model::Stepper::stage_noise).
+    pub stage_noise: f64,
     /// What error estimates of derivatives are made of.
     pub derivative_scale: DerivativeScale,
 }
@@ -218,6 +220,7 @@ impl Program {
             turn_tolerance: turn_tolerance(newton_tolerance, plan.column_tolerance()),
             error_share: plan.options.error_share,
             rounded: rounded(epsilon, plan.step_count()),
+            stage_noise: stepper.stage_noise(),
             derivative_scale: plan.options.derivative_scale,
         }
     }

@@ -1,7 +1,7 @@
 //! How far estimates lie above errors, as a figure.
 
 use super::ratios::Ratios;
-use super::{Account, Estimates, SETUPS};
+use super::{Account, Estimates};
 use crate::error::BenchError;
 use crate::files::create_directory;
 use rodsweep::report::{AxisLabel, Colour, Curves, Marker, Panel, Series, Sheet, write_all};
@@ -29,14 +29,14 @@ impl Estimates {
     fn panel(&self, title: &str, of: impl Fn(&Account) -> &Ratios) -> Curves {
         let mut series = Vec::new();
         let mut most = 0.0f64;
-        for ((account, (name, ..)), marker) in self.accounts.iter().zip(SETUPS).zip(Marker::ALL) {
+        for ((account, setup), marker) in self.accounts.iter().zip(self.setups).zip(Marker::ALL) {
             let histogram = of(account).histogram();
             let rows = histogram.iter().sum::<u64>().max(1) as f64;
             // The middle of each half of a decade; the first holds what is below 1.
             let share = |(bin, n): (usize, &u64)| [10f64.powf(0.5 * bin as f64 - 0.25), 100.0 * *n as f64 / rows];
             let points: Vec<[f64; 2]> = histogram.iter().enumerate().map(share).collect();
             most = points.iter().fold(most, |most, point| most.max(point[1]));
-            series.push(Series::line(name, points).marker(marker));
+            series.push(Series::line(setup.name, points).marker(marker));
         }
         series.insert(0, Series::line("", vec![[1.0, 0.0], [1.0, most]]).colour(Colour::MUTED).dashed());
         Curves {

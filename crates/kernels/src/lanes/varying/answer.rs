@@ -165,6 +165,7 @@ fn write<L: VaryingPasses>(
     let (shift, turn) = moved(workspace, step);
     let turned = (dot(shift, shift) + dot(turn, turn)) * one.constant(SECOND_ORDER);
     let second_order = amplification * (dot(step.0, step.0) + dot(step.1, step.1)) + turned;
+    let round_off = round_off * one.constant(program.stage_noise);
     let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
     let (p, d1) = (Vec3::select(is_rounded, fine_p, p), Vec3::select(is_rounded, fine_d1, d1));
     let t = Vec3::select(is_rounded, fine_t, t);
