@@ -28,8 +28,21 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     placed
 }
 
-/// Bytes of a file that is read whole, at most.
-const MOST_BYTES: u64 = 4 << 30;
+/// A bound on the size of files that are read whole.
+struct Bound {
+    bytes: u64,
+    /// What to do about a larger file.
+    remedy: &'static str,
+}
+
+/// Tables, sampled fields, pictures.
+const OF_DATA: Bound = Bound { bytes: 4 << 30, remedy: "it is larger than 4 GiB; give a smaller file" };
+/// Text by which a person tells something. Once parsed it takes a hundred times its size in memory.
+const OF_SETTINGS: Bound = Bound {
+    bytes: 16 << 20,
+    remedy: "it is larger than 16 MiB, too large for a scene, a sweep or another file of settings; put tables of samples, \
+             targets and sampled fields into files of their own, and name them here",
+};
 
 /// Opens a file for reading: every reader of this program opens its files here. A pipe or a device in its place is
 /// refused, since it may never begin, or never end.
@@ -53,12 +66,19 @@ pub fn open(path: &Path) -> Result<File> {
 ///
 /// What is no file, is larger, or cannot be read.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    open(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(Error::other("it is larger than 4 GiB; give a smaller file"));
+    read_within(path, &OF_DATA)
+}
+
+fn read_within(path: &Path, bound: &Bound) -> Result<Vec<u8>> {
+    let file = open(path)?;
+    let refused = || Err(Error::other(bound.remedy));
+    if file.metadata()?.len() > bound.bytes {
+        return refused();
     }
-    Ok(bytes)
+    let mut bytes = Vec::new();
+    // A file may grow while it is read, and some file systems tell no length.
+    file.take(bound.bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > bound.bytes { refused() } else { Ok(bytes) }
 }
 
 /// The text of a file, see [`read`].
@@ -67,7 +87,20 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 ///
 /// As [`read`], or a file that is not UTF-8 text.
 pub fn read_text(path: &Path) -> Result<String> {
-    String::from_utf8(read(path)?).map_err(|_| Error::other("it is not UTF-8 text"))
+    utf8(read(path)?)
+}
+
+/// The text of a file of settings: a scene, a sweep, a trajectory, a calibration. It has at most 16 MiB, see [`open`].
+///
+/// # Errors
+///
+/// What is no file, is larger, cannot be read, or is not UTF-8 text.
+pub fn read_settings(path: &Path) -> Result<String> {
+    utf8(read_within(path, &OF_SETTINGS)?)
+}
+
+fn utf8(bytes: Vec<u8>) -> Result<String> {
+    String::from_utf8(bytes).map_err(|_| Error::other("it is not UTF-8 text"))
 }
 
 /// What has this name, in words, if it is there and no file.
@@ -117,6 +150,31 @@ mod tests {
         assert!(replace(&directory, b"text").is_err());
         assert!(replace(&folder.path().join("none/figure.svg"), b"text").is_err());
         assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 2);
+    }
+
+    #[test]
+    fn what_is_too_large_is_refused_before_it_is_read() {
+        let folder = tempfile::tempdir().expect("a directory");
+        // Holes: such a file takes no room on the disk.
+        let file = |name: &str, bytes: u64| {
+            let path = folder.path().join(name);
+            fs::File::create(&path).and_then(|file| file.set_len(bytes)).expect("a file");
+            path
+        };
+        let [settings, table] = [file("scene.toml", 16 << 20), file("table.csv", (16 << 20) + 1)];
+        assert_eq!(super::read_settings(&settings).expect("reads").len(), 16 << 20);
+        assert_eq!(super::read(&table).expect("reads").len(), (16 << 20) + 1);
+        let told = super::read_settings(&table).expect_err("too large").to_string();
+        assert!(told.contains("16 MiB") && told.contains("files of their own"), "{told}");
+        if !cfg!(unix) {
+            // Elsewhere such a file takes room.
+            return;
+        }
+        // More than memory holds.
+        let huge = file("huge.csv", 1 << 40);
+        for told in [super::read(&huge).map(|_| ()), super::read_text(&huge).map(|_| ())] {
+            assert!(told.expect_err("too large").to_string().contains("4 GiB"));
+        }
     }
 
     #[cfg(unix)]

@@ -5,7 +5,7 @@ use super::scene_file::{located, parse_scene, read_text, unjudged_scene};
 use super::scene_value::value_of;
 use super::toml::{Source, quoted};
 use super::units::{Dimension, QuantityError, parse_quantity};
-use crate::model::{Parameter, ParameterError, PlanError, Scene, SceneError, SegmentKind};
+use crate::model::{Parameter, ParameterError, PlanError, Scene, SceneError, SegmentKind, short_name};
 use std::path::Path;
 
 /// Why a scene cannot be changed so.
@@ -13,7 +13,7 @@ use std::path::Path;
 #[non_exhaustive]
 pub enum AssignError {
     /// Text without `=`.
-    #[error("`{text}` has no `=`; write NAME=VALUE, such as coil.current.x=0.2 or insertion=\"90 mm\"")]
+    #[error("`{}` has no `=`; write NAME=VALUE, such as coil.current.x=0.2 or insertion=\"90 mm\"", short_name(.text))]
     NoEquals {
         /// As it was given.
         text: String,

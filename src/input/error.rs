@@ -1,7 +1,7 @@
 //! What can be wrong with an input file.
 
 use super::units::QuantityError;
-use crate::model::{ParameterError, PlanError, SceneError};
+use crate::model::{ParameterError, PlanError, SceneError, short_name, short_number};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,7 @@ pub enum Problem {
         expected: String,
     },
     /// A word that is none of a fixed list.
-    #[error("\"{found}\" is not known{}; use one of: {allowed}", did_you_mean(.suggestion))]
+    #[error("\"{}\" is not known{}; use one of: {allowed}", short_name(.found), did_you_mean(.suggestion))]
     Choice {
         /// The word.
         found: String,
@@ -76,7 +76,7 @@ pub enum Problem {
         allowed: String,
     },
     /// Two entries that exclude each other.
-    #[error("cannot stand beside `{with}`; {remedy}")]
+    #[error("cannot stand beside `{}`; {remedy}", short_name(.with))]
     Conflict {
         /// The other key or parameter.
         with: String,
@@ -108,7 +108,7 @@ pub enum Problem {
         remedy: &'static str,
     },
     /// An insertion that leaves the first segment no length.
-    #[error("the other segments alone are {others} m long; give more than that")]
+    #[error("the other segments alone are {} m long; give more than that", short_number(*.others))]
     InsertionTooShort {
         /// Length of the other segments (m).
         others: f64,
@@ -137,7 +137,7 @@ impl fmt::Display for InputError {
             f.write_str(": ")?;
         }
         if !self.key.is_empty() {
-            write!(f, "`{}`: ", self.key)?;
+            write!(f, "`{}`: ", short_name(&self.key))?;
         }
         write!(f, "{}", self.problem)
     }

@@ -3,7 +3,7 @@
 use super::error::{InputError, Problem};
 use super::segment_file::check_name;
 use super::toml::Reader;
-use crate::model::{ForcePlace, InnerForce, Scene, SceneError, Segment, SegmentKind, closest};
+use crate::model::{ForcePlace, InnerForce, Scene, SceneError, Segment, SegmentKind, closest, short_number};
 
 const KEYS: [&str; 7] = ["name", "segment", "at", "force", "force_per_length", "moment", "frame"];
 
@@ -102,7 +102,9 @@ fn segment(reader: &Reader, segments: &[Segment]) -> Result<Option<usize>, Input
 
 /// The flexible segment at a distance from the base, and the place on it.
 fn station(reader: &Reader, segments: &[Segment], at: f64) -> Result<(usize, ForcePlace), InputError> {
-    let refused = |expected: String| Err(reader.error("at", Problem::Range { value: format!("{at} m"), expected }));
+    let refused = |expected: String| {
+        Err(reader.error("at", Problem::Range { value: format!("{} m", short_number(at)), expected }))
+    };
     let mut start = 0.0;
     // An end that is a sum of lengths may miss the place by rounding.
     let slack = 1e-12 * segments.iter().map(|segment| segment.length).sum::<f64>();
@@ -121,7 +123,7 @@ fn station(reader: &Reader, segments: &[Segment], at: f64) -> Result<(usize, For
             _ => start = end,
         }
     }
-    refused(format!("a distance from the base, 0 to {start} m"))
+    refused(format!("a distance from the base, 0 to {} m", short_number(start)))
 }
 
 /// The key of the file that an error about a force is at.

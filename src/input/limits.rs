@@ -1,7 +1,7 @@
 //! `NAME=LIMIT` and `NAME=LOW..HIGH`: what may be commanded, within which limits.
 
 use super::units::{Dimension, QuantityError, parse_quantity};
-use crate::model::{Parameter, ParameterError, Scene};
+use crate::model::{Parameter, ParameterError, Scene, SceneError, short_number};
 use crate::spec::ControlInput;
 
 /// Why a text names no inputs of a controller.
@@ -21,18 +21,26 @@ pub enum LimitsError {
     #[error("the lower limit must be below the upper")]
     Order,
     /// A length below zero.
-    #[error("{low} is no length: give limits from 0 on, such as \"85 mm..100 mm\"")]
+    #[error("{} is no length: give limits from 0 on, such as \"85 mm..100 mm\"", short_number(*low))]
     Negative {
         /// The lower limit, SI.
         low: f64,
     },
     /// A length that no rod of this scene has.
-    #[error("{high} m is more than {most:.3} m, a hundred times the rod's length: give limits that a rod can have")]
+    #[error("{} m is more than {most:.3} m, a hundred times the rod's length: give limits that a rod can have", short_number(*high))]
     TooLong {
         /// The upper limit (m).
         high: f64,
         /// The most that is possible (m).
         most: f64,
+    },
+    /// A limit with which the scene makes no rod.
+    #[error("at its {} limit {problem}", if *is_upper { "upper" } else { "lower" })]
+    Scene {
+        /// Whether it is the upper limit.
+        is_upper: bool,
+        /// What the scene says of it.
+        problem: SceneError,
     },
     /// An input that is there already.
     #[error("{name} is an input already")]
@@ -64,19 +72,56 @@ pub fn parse_limits(scene: &Scene, text: &str) -> Result<Vec<ControlInput>, Limi
     Parameter::parse(scene, name.trim())?.into_iter().map(input).collect()
 }
 
-/// Refuses limits of lengths that no rod of the scene has: every equilibrium of a search would take its time.
+/// Refuses limits with which the scene makes no rod. A length may go down to 0, where the search finds no equilibrium, but not
+/// far beyond the rod's own, where every equilibrium would take its time.
 pub(super) fn check_limits(scene: &Scene, parameter: Parameter, [low, high]: [f64; 2]) -> Result<(), LimitsError> {
     let is_length = match parameter {
         Parameter::Insertion => true,
         Parameter::Segment(..) => parameter.unit() == "m",
         _ => false,
     };
-    if !is_length {
-        return Ok(());
+    if is_length {
+        if low < 0.0 {
+            return Err(LimitsError::Negative { low });
+        }
+        let most = 100.0 * scene.total_length();
+        return if high > most { Err(LimitsError::TooLong { high, most }) } else { Ok(()) };
     }
-    if low < 0.0 {
-        return Err(LimitsError::Negative { low });
+    for (is_upper, limit) in [(false, low), (true, high)] {
+        let mut at_limit = scene.clone();
+        parameter.set(&mut at_limit, limit)?;
+        at_limit.validate().map_err(|problem| LimitsError::Scene { is_upper, problem })?;
     }
-    let most = 100.0 * scene.total_length();
-    if high > most { Err(LimitsError::TooLong { high, most }) } else { Ok(()) }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_limits;
+    use crate::input::parse_scene;
+
+    const SCENE: &str = "[[segment]]\nname = \"tube\"\nkind = \"flexible\"\nlength = 0.08\nyoungs_modulus = 5e6\n\
+                         shear_modulus = 2e6\ntube = { inner_radius = 0.0005, outer_radius = 0.001 }\n\
+                         rest_curvature = [{ at = 0, value = [0, 0, 0] }, { at = 0.07, value = [1, 0, 0] }]\n";
+
+    #[test]
+    fn a_limit_that_the_scene_refuses_is_refused() {
+        let scene = parse_scene("scene.toml".as_ref(), SCENE).expect("a scene");
+        let told = |text: &str| parse_limits(&scene, text).map(|_| ()).map_err(|error| error.to_string());
+        for (text, words) in [
+            (
+                "tube.youngs_modulus=-1..1e9",
+                "at its lower limit `tube.youngs_modulus` is -1: it must be finite and greater than zero",
+            ),
+            ("tube.shear_modulus=1e-70..1", "is 1e-70: it must be at least 1e-60"),
+            ("tube.stiffness.torsion=1..2", "follows from `tube`"),
+            ("insertion=-0.1..0.1", "is no length"),
+        ] {
+            let error = told(text).expect_err(text);
+            assert!(error.contains(words), "{error}");
+        }
+        for text in ["tube.youngs_modulus=1..1e9", "insertion=0..0.1", "tube.length=0.05..0.1", "loads.tip_force=2"] {
+            told(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        }
+    }
 }

@@ -69,20 +69,18 @@ pub fn scene_notes(scene: &Scene) -> Vec<String> {
     notes
 }
 
-/// The text of a file.
+/// The text of a file of settings, at most 16 MiB.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not UTF-8.
+/// A file that cannot be read, is larger, or is not UTF-8.
 pub fn read_text(file: &Path) -> Result<String, InputError> {
-    let unreadable = |reason: String| InputError {
+    files::read_settings(file).map_err(|error| InputError {
         file: file.into(),
         line: None,
         key: String::new(),
-        problem: Problem::Unreadable(reason).into(),
-    };
-    let bytes = files::read(file).map_err(|error| unreadable(error.to_string()))?;
-    String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".into()))
+        problem: Problem::Unreadable(error.to_string()).into(),
+    })
 }
 
 /// Reads a scene from a table: a whole file, or `[scene]` of a sweep.

@@ -4,7 +4,7 @@ use super::error::{InputError, Problem};
 use super::toml::Reader;
 use crate::model::{
     Body, Coil, CoilWinding, Density, Flexible, MagnetMaterial, MagnetQuantity, Node, Profile, Rigid, Segment,
-    SegmentKind, ShearElasticity, Stiffness, Vector, closest,
+    SegmentKind, ShearElasticity, Stiffness, Vector, closest, short_name,
 };
 
 const FLEXIBLE_KEYS: [&str; 18] = [
@@ -45,6 +45,9 @@ const COIL_KEYS: [&str; 5] = ["turns", "area", "turns_area", "current", "alignme
 /// First words of parameter names that are not segments.
 const RESERVED: [&str; 8] = ["base", "field", "loads", "insertion", "model", "scene", "magnets", "maps"];
 
+/// Characters of a name: it stands in columns, messages and figures.
+const MOST_CHARACTERS: usize = 100;
+
 /// Reads a `[[segment]]` block.
 pub(crate) fn segment(reader: &Reader) -> Result<Segment, InputError> {
     let kind =
@@ -79,12 +82,14 @@ pub(super) fn check_name(reader: &Reader, name: &str) -> Result<(), InputError> 
     let plain = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');
     let expected = if !plain {
         "a name of letters, digits, _ and -".to_owned()
+    } else if name.chars().nth(MOST_CHARACTERS).is_some() {
+        format!("a name of at most {MOST_CHARACTERS} characters")
     } else if RESERVED.contains(&name) {
         format!("another name: `{name}` already starts other parameters")
     } else {
         return Ok(());
     };
-    Err(reader.error("name", Problem::Range { value: format!("\"{name}\""), expected }))
+    Err(reader.error("name", Problem::Range { value: format!("\"{}\"", short_name(name)), expected }))
 }
 
 fn check_segment_keys(

@@ -5,8 +5,9 @@ use super::error::{InputError, Problem, table_error};
 use super::number_table::{Columns, read_number_table};
 use super::text_table::Head;
 use super::units::Dimension;
-use crate::model::{Parameter, Scene, Vector};
+use crate::model::{Parameter, ParameterNames, Scene, Vector, short_number};
 use crate::spec::{ObservedPoint, ObservedShape, ObservedShapes};
+use std::collections::HashMap;
 use std::path::Path;
 
 const PLACES: [&str; 3] = ["x", "y", "z"];
@@ -36,7 +37,8 @@ pub fn read_shapes(file: &Path, scene: &Scene) -> Result<ObservedShapes, InputEr
 ///
 /// As [`read_shapes`].
 pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> Result<ObservedShapes, InputError> {
-    let parameter = |name: &str| Parameter::parse(scene, name).ok().filter(|parsed| parsed.len() == 1).map(|p| p[0]);
+    let names = ParameterNames::of(scene);
+    let parameter = |name: &str| names.find(name).filter(|found| found.len() == 1).map(|found| found[0]);
     let unit = |name: &str| match name {
         "s" | "x" | "y" | "z" => Dimension::of("m"),
         FORCE => Dimension::of("N"),
@@ -50,7 +52,7 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
     let columns = read_number_table(file, &habits)?;
     let mut known: Vec<(Parameter, &Vec<f64>)> = Vec::new();
     for (name, values) in columns.iter().filter(|(name, _)| !OBSERVED.contains(&name.as_str())) {
-        let parsed = Parameter::parse(scene, name).map_err(|problem| table_error(file, None, name, problem.into()))?;
+        let parsed = names.parse(name).map_err(|problem| table_error(file, None, name, problem.into()))?;
         let [parameter] = parsed[..] else {
             let (value, expected) =
                 (format!("a group of {}", parsed.len()), format!("one component, such as {name}.x"));
@@ -79,7 +81,7 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
             Problem::Missing { remedy: "the table has no rows: give at least one".into() },
         ));
     }
-    let mut shapes: Vec<ObservedShape> = Vec::new();
+    let mut by_known = ByKnown::default();
     let mut unseen = 0;
     for row in 0..row_count {
         let values: Vec<f64> = known.iter().map(|(_, values)| values[row]).collect();
@@ -96,7 +98,7 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
                     Problem::Range { value: format!("not finite in row {row}"), expected: "finite numbers".into() };
                 return Err(table_error(file, None, FORCE, problem));
             }
-            of_known(&mut shapes, values).normal_forces.extend(force);
+            by_known.shape(values).normal_forces.extend(force);
             continue;
         }
         if let Some(k) = position.iter().position(|x| x.is_nan()) {
@@ -116,22 +118,24 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
         if let Some(s) = arc_length.filter(|s| !(0.0..=length * (1.0 + 1e-9)).contains(s)) {
             let expected =
                 format!("0 to {length} m, the length of the rod; a unit stands in the first line, as `s [mm]`");
-            return Err(table_error(file, None, "s", Problem::Range { value: format!("{s} in row {row}"), expected }));
+            let value = format!("{} in row {row}", short_number(s));
+            return Err(table_error(file, None, "s", Problem::Range { value, expected }));
         }
         for (k, name) in PLACES.into_iter().enumerate() {
             let off = (position[k] - own.base.position[k]).abs();
             if off > FAR * length {
-                let value =
-                    format!("{} m in row {row}, {:.0} lengths of the rod from its base", position[k], off / length);
+                let [place, lengths] = [position[k], (off / length).round()].map(short_number);
+                let value = format!("{place} m in row {row}, {lengths} lengths of the rod from its base");
                 let expected = "points near the rod; a unit stands in the first line, as `x [mm]`".into();
                 return Err(table_error(file, None, name, Problem::Range { value, expected }));
             }
         }
         let point = ObservedPoint { arc_length, position };
-        let shape = of_known(&mut shapes, values);
+        let shape = by_known.shape(values);
         shape.points.push(point);
         shape.normal_forces.extend(force);
     }
+    let mut shapes = by_known.shapes;
     if unseen > 0 {
         notes.push(format!("{unseen} of {row_count} points of {} have no place: they are left out", file.display()));
     }
@@ -159,13 +163,24 @@ pub fn read_shapes_with(file: &Path, scene: &Scene, notes: &mut Vec<String>) -> 
     Ok(ObservedShapes { known, shapes })
 }
 
-/// The shape of these known values, a new one where there is none.
-fn of_known(shapes: &mut Vec<ObservedShape>, values: Vec<f64>) -> &mut ObservedShape {
-    let at = shapes.iter().position(|shape| shape.known == values).unwrap_or_else(|| {
-        shapes.push(ObservedShape { known: values, ..ObservedShape::default() });
-        shapes.len() - 1
-    });
-    &mut shapes[at]
+/// Shapes by their known values.
+#[derive(Default)]
+struct ByKnown {
+    shapes: Vec<ObservedShape>,
+    places: HashMap<Vec<u64>, usize>,
+}
+
+impl ByKnown {
+    /// The shape of these values, a new one where there is none.
+    fn shape(&mut self, values: Vec<f64>) -> &mut ObservedShape {
+        // Adding zero turns -0 into 0.
+        let bits = values.iter().map(|value| (value + 0.0).to_bits()).collect();
+        let at = *self.places.entry(bits).or_insert(self.shapes.len());
+        if at == self.shapes.len() {
+            self.shapes.push(ObservedShape { known: values, ..ObservedShape::default() });
+        }
+        &mut self.shapes[at]
+    }
 }
 
 /// Points of a centre line lie apart by this share of the rod's length, ...

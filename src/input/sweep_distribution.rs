@@ -3,7 +3,7 @@
 use super::error::{InputError, Problem};
 use super::toml::Reader;
 use super::words::choice;
-use crate::model::{Parameter, Scene};
+use crate::model::{Parameter, Scene, short_number};
 use crate::spec::Distribution;
 
 /// Keys of the blocks `[[axis]]` and `[[uncertain]]`.
@@ -154,7 +154,7 @@ fn relative(reader: &Reader, shape: Shape) -> Result<Option<f64>, InputError> {
     }
     let expected =
         format!("a share above 0 and up to 1, such as \"10 %\"; else write {}", shape.numbers().join(" and "));
-    Err(reader.error("relative", Problem::Range { value: share.to_string(), expected }))
+    Err(reader.error("relative", Problem::Range { value: short_number(share), expected }))
 }
 
 /// Whether the numbers of the block are factors of the scene's values.
@@ -249,7 +249,7 @@ fn within(reader: &Reader, key: &str, value: f64, is_good: bool, expected: &str)
     if is_good {
         return Ok(());
     }
-    Err(reader.error(key, Problem::Range { value: value.to_string(), expected: expected.into() }))
+    Err(reader.error(key, Problem::Range { value: short_number(value), expected: expected.into() }))
 }
 
 /// A law around a value, by a share of it.

@@ -6,7 +6,7 @@ use super::sweep_axes::{AXIS, UNCERTAIN, axes, axis_key, check_overlaps, table_a
 use super::sweep_samples::samples;
 use super::toml::{Reader, Source};
 use super::words::{choice, one_of, parameters};
-use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene, WallParameter};
+use crate::model::{Parameter, ParameterError, Plan, PlanError, PlanOptions, Scene, WallParameter, short_number};
 use crate::spec::{
     AxisSpec, BranchChoice, Format, MIXED, MIXED_NOTE, Method, OutputQuantity, PrecisionChoice, SweepSpec,
     WorkspaceOptions,
@@ -190,7 +190,7 @@ fn solver(root: &Reader, notes: &mut Vec<String>) -> Result<Solver, InputError> 
     let allow_failures = match solver.quantity("allow_failures", "")? {
         Some(value) if !(0.0..=1.0).contains(&value) => {
             let expected = "a share of the samples from 0 to 1, such as 0.01".into();
-            return Err(solver.error("allow_failures", Problem::Range { value: value.to_string(), expected }));
+            return Err(solver.error("allow_failures", Problem::Range { value: short_number(value), expected }));
         }
         share => share,
     };
@@ -213,7 +213,7 @@ fn share(solver: &Reader, key: &str, example: &str) -> Result<Option<f64>, Input
     match value {
         Some(value) if !(value > 0.0 && value < 1.0) => {
             let expected = format!("a number between 0 and 1, such as {example}");
-            Err(solver.error(key, Problem::Range { value: value.to_string(), expected }))
+            Err(solver.error(key, Problem::Range { value: short_number(value), expected }))
         }
         value => Ok(value),
     }
@@ -275,14 +275,14 @@ fn workspace(root: &Reader) -> Result<WorkspaceOptions, InputError> {
     let length = |key: &str, example: &str| match workspace.quantity(key, "m")? {
         Some(length) if length <= 0.0 => {
             let expected = format!("a length greater than zero, such as \"{example}\"");
-            Err(workspace.error(key, Problem::Range { value: length.to_string(), expected }))
+            Err(workspace.error(key, Problem::Range { value: short_number(length), expected }))
         }
         length => Ok(length),
     };
     let minimum_margin = workspace.quantity("minimum_margin", "")?.unwrap_or(usual.minimum_margin);
     if !(0.0..=1.0).contains(&minimum_margin) {
         let expected = "a number from 0 to 1, such as 0.1".into();
-        return Err(workspace.error("minimum_margin", Problem::Range { value: minimum_margin.to_string(), expected }));
+        return Err(workspace.error("minimum_margin", Problem::Range { value: short_number(minimum_margin), expected }));
     }
     Ok(WorkspaceOptions {
         voxel: length("voxel", "1 mm")?.unwrap_or(usual.voxel),

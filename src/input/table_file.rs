@@ -4,7 +4,7 @@ use super::error::{InputError, Problem, table_error};
 use super::number_table::{is_parquet, read_parquet};
 use super::text_table::{Head, TextTable, is_gap, read_table_text};
 use super::units::Dimension;
-use crate::model::{Parameter, Scene};
+use crate::model::{Parameter, ParameterNames, Scene, short_list, short_name};
 use crate::spec::{InputTable, grouped};
 use std::collections::HashSet;
 use std::path::Path;
@@ -81,6 +81,7 @@ impl Reading<'_> {
         notes: &mut Vec<String>,
     ) -> Result<Vec<Option<Parameter>>, InputError> {
         let file = self.file;
+        let known = ParameterNames::of(self.scene);
         let mut columns: Vec<Option<Parameter>> = Vec::new();
         let (mut seen, mut ignored) = (HashSet::new(), Vec::new());
         for name in names {
@@ -88,18 +89,18 @@ impl Reading<'_> {
                 columns.push(None);
                 continue;
             }
-            let parameters = match Parameter::parse(self.scene, name) {
-                Ok(parameters) => parameters,
-                Err(_) if self.habits.ignores_others => {
-                    ignored.push(format!("`{name}`"));
-                    columns.push(None);
-                    continue;
-                }
-                Err(problem) if self.habits.of_sweep => {
-                    return Err(table_error(file, line, name, Problem::Column(problem)));
-                }
-                Err(problem) => return Err(table_error(file, line, name, Problem::Parameter(problem))),
-            };
+            if self.habits.ignores_others && known.find(name).is_none() {
+                ignored.push(*name);
+                columns.push(None);
+                continue;
+            }
+            let parameters = known.parse(name).map_err(|problem| {
+                let problem = match self.habits.of_sweep {
+                    true => Problem::Column(problem),
+                    false => Problem::Parameter(problem),
+                };
+                table_error(file, line, name, problem)
+            })?;
             if parameters.len() > 1 {
                 let expected = format!("one component, such as {name}.x");
                 let value = format!("a group of {}", parameters.len());
@@ -116,7 +117,8 @@ impl Reading<'_> {
             return Err(table_error(file, line, "", Problem::Missing { remedy }));
         }
         if !ignored.is_empty() {
-            notes.push(format!("columns of {} that are ignored: {}", file.display(), ignored.join(", ")));
+            let names = short_list(ignored.iter().map(|name| format!("`{}`", short_name(name))));
+            notes.push(format!("columns of {} that are ignored: {names}", file.display()));
         }
         Ok(columns)
     }

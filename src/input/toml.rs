@@ -2,7 +2,7 @@
 
 use super::error::{InputError, Problem};
 use super::units::{Dimension, LARGEST, parse_quantity};
-use crate::model::{Vector, closest};
+use crate::model::{Vector, closest, short_number};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, Document, Item, TableLike, Value};
@@ -287,7 +287,7 @@ impl<'a> Reader<'a> {
             (Some(number), _) => i128::from(number),
             (None, Some(number)) if number.fract() == 0.0 && number.abs() < 1.8e19 => number as i128,
             (None, Some(number)) => {
-                return Err(self.error(name, Problem::Range { value: number.to_string(), expected: expected() }));
+                return Err(self.error(name, Problem::Range { value: short_number(number), expected: expected() }));
             }
             _ => return Err(self.wrong_type(name, expected(), item)),
         };

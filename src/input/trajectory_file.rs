@@ -6,7 +6,7 @@ use super::number_table::{Columns, read_number_table};
 use super::scene_file::read_text;
 use super::toml::{Reader, Source};
 use super::units::Dimension;
-use crate::model::{Axis, Parameter, Scene, TipOnWall, Vector, closest};
+use crate::model::{Axis, Parameter, Scene, TipOnWall, Vector, closest, short_number};
 use crate::spec::{ControlInput, Coordinates, Redundancy, Target, Trajectory, grouped};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -166,7 +166,7 @@ fn check_force(scene: &Scene, force: f64) -> Result<(), Problem> {
     let slides = scene.wall.is_some_and(|wall| wall.tip == TipOnWall::Slides);
     if force < 0.0 && slides {
         let expected = "a force from 0 on: a wall on which the tip slides does not pull".into();
-        return Err(Problem::Range { value: format!("{force} N"), expected });
+        return Err(Problem::Range { value: format!("{} N", short_number(force)), expected });
     }
     Ok(())
 }
@@ -186,12 +186,13 @@ fn input(block: &Reader, scene: &Scene, inputs: &mut Vec<ControlInput>) -> Resul
         };
         let (low, high) = (limit("from")?, limit("to")?);
         if low >= high {
-            let problem =
-                Problem::Range { value: high.to_string(), expected: format!("more than `from`, which is {low}") };
+            let expected = format!("more than `from`, which is {}", short_number(low));
+            let problem = Problem::Range { value: short_number(high), expected };
             return Err(block.error("to", problem));
         }
         check_limits(scene, parameter, [low, high]).map_err(|error| {
-            let key = if matches!(error, LimitsError::Negative { .. }) { "from" } else { "to" };
+            let is_lower = matches!(error, LimitsError::Negative { .. } | LimitsError::Scene { is_upper: false, .. });
+            let key = if is_lower { "from" } else { "to" };
             block.error(key, Problem::Table(error.to_string()))
         })?;
         if inputs.iter().any(|other| other.parameter == parameter) {
@@ -209,7 +210,7 @@ fn positive(reader: &Reader, name: &str, unit: &str) -> Result<Option<f64>, Inpu
         Some(value) if value <= 0.0 => {
             let dimension = Dimension::of(unit);
             let expected = format!("{} above zero, such as {}", dimension.name(), dimension.example());
-            Err(reader.error(name, Problem::Range { value: value.to_string(), expected }))
+            Err(reader.error(name, Problem::Range { value: short_number(value), expected }))
         }
         value => Ok(value),
     }

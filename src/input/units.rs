@@ -3,7 +3,7 @@
 //! A unit carries its dimension and a decimal power, so `"1.3 mm"` is the double nearest to 0.0013. `"10 %"` is the number
 //! 0.1.
 
-use crate::model::MU0_OVER_4PI;
+use crate::model::{MU0_OVER_4PI, short_name};
 
 /// No number that users give is larger, in SI: those of a scene multiplied stay finite, and so do derivatives.
 pub const LARGEST: f64 = 1e60;
@@ -28,7 +28,7 @@ struct Unit {
 #[non_exhaustive]
 pub enum QuantityError {
     /// The text does not start with a number.
-    #[error("\"{text}\" does not start with a number; write for example {example}")]
+    #[error("\"{}\" does not start with a number; write for example {example}", short_name(.text))]
     NoNumber {
         /// The text that was to be read.
         text: String,
@@ -36,7 +36,7 @@ pub enum QuantityError {
         example: &'static str,
     },
     /// What follows the number is no unit.
-    #[error("\"{text}\": \"{unit}\" is no unit known here; write for example {example}")]
+    #[error("\"{}\": \"{}\" is no unit known here; write for example {example}", short_name(.text), short_name(.unit))]
     UnknownUnit {
         /// The text that was to be read.
         text: String,
@@ -46,7 +46,7 @@ pub enum QuantityError {
         example: &'static str,
     },
     /// A number with a decimal comma.
-    #[error("\"{text}\" has a decimal comma; write a point, for example {example}")]
+    #[error("\"{}\" has a decimal comma; write a point, for example {example}", short_name(.text))]
     DecimalComma {
         /// The text that was to be read.
         text: String,
@@ -55,7 +55,7 @@ pub enum QuantityError {
     },
     /// A temperature.
     #[error(
-        "\"{text}\" is a temperature, which is not modelled; give {expected} at that temperature, for example {example}"
+        "\"{}\" is a temperature, which is not modelled; give {expected} at that temperature, for example {example}", short_name(.text)
     )]
     Temperature {
         /// The text that was to be read.
@@ -66,7 +66,7 @@ pub enum QuantityError {
         example: &'static str,
     },
     /// The unit measures something else.
-    #[error("\"{text}\" is {found}; give {expected} such as {example}")]
+    #[error("\"{}\" is {found}; give {expected} such as {example}", short_name(.text))]
     Dimension {
         /// The text that was to be read.
         text: String,
@@ -78,7 +78,7 @@ pub enum QuantityError {
         example: &'static str,
     },
     /// The value in SI units is larger than any number may be.
-    #[error("\"{text}\" is too large; give {expected} of at most 1e60 in size, such as {example}")]
+    #[error("\"{}\" is too large; give {expected} of at most 1e60 in size, such as {example}", short_name(.text))]
     TooLarge {
         /// The text that was to be read.
         text: String,
@@ -88,7 +88,7 @@ pub enum QuantityError {
         example: &'static str,
     },
     /// The value in SI units is too large for a double.
-    #[error("\"{text}\" is not finite; give {expected} such as {example}")]
+    #[error("\"{}\" is not finite; give {expected} such as {example}", short_name(.text))]
     NotFinite {
         /// The text that was to be read.
         text: String,

@@ -1,7 +1,7 @@
 //! CSV: one header line, shortest digits that round-trip, nothing where there is no number.
 
 use super::{Column, Table, TableError, Values};
-use crate::model::Status;
+use crate::model::{Status, short_name};
 use std::borrow::Cow;
 use std::fmt::Write;
 use std::path::Path;
@@ -88,7 +88,10 @@ pub fn decode(text: &str, names: &[&str], like: &Table) -> Result<Table, TableEr
             let cell = cells.get(*place).map_or("", Cow::as_ref);
             parse_cell(column, cell).ok_or_else(|| {
                 let row = 1 + column.values.len();
-                TableError::Damaged { format: "CSV", reason: format!("`{}` is `{cell}` in row {row}", column.name) }
+                TableError::Damaged {
+                    format: "CSV",
+                    reason: format!("`{}` is `{}` in row {row}", column.name, short_name(cell)),
+                }
             })?;
         }
     }

@@ -1,5 +1,7 @@
 //! Why a table cannot be read or written.
 
+use crate::model::short_name;
+
 /// Names what is wrong with a file; the path stands in the error of the caller.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -16,7 +18,7 @@ pub enum TableError {
         reason: String,
     },
     /// A column that tables do not hold, or that is not what was asked for.
-    #[error("column `{column}` is {found}; give {expected}")]
+    #[error("column `{}` is {found}; give {expected}", short_name(.column))]
     Kind {
         /// Its name.
         column: String,

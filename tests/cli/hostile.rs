@@ -169,6 +169,15 @@ fn numbers_have_bounds() {
     sandbox.write("targets.csv", "x,y,z\n1e300,0,0\n");
     sandbox.write("directions.csv", "x,y,z,tx,ty,tz\n0,0.01,0.09,1e200,1e200,0\n");
     sandbox.write("circle.toml", "shape = \"circle\"\nsize = 1e300\ncentre = [0, 0, 0.09]\n");
+    sandbox.write(
+        "wall.toml",
+        &format!("{SCENE}[wall]\nkind = \"sphere\"\nside = \"inside\"\nposition = [0, 0, 0]\nradius = 1e300\n"),
+    );
+    sandbox.write(
+        "stiff.toml",
+        "shape = \"circle\"\nsize = 0.001\ncentre = [0, 0, 0.09]\n[[input]]\nparameter = \"tube.youngs_modulus\"\n\
+         from = 0\nto = \"2 MPa\"\n",
+    );
     sandbox.write("time.toml", "shape = \"circle\"\nsize = 0.001\ncentre = [0, 0, 0.09]\nduration = -1\n");
     sandbox
         .write("twice.toml", "shape = \"circle\"\nsize = 0.001\ncentre = [0, 0, 0.09]\ncoordinates = [\"x\", \"x\"]\n");
@@ -186,11 +195,74 @@ fn numbers_have_bounds() {
         (&["control", "scene.toml", "--targets", "ok.csv", "--input", "insertion=0.05..100"], "a hundred times"),
         (&["workspace", "sweep.toml", "--voxel", "1e-300"], "no length"),
         (&["workspace", "sweep.toml", "--reach", "1e300,0,0"], "at most 1e60 in size"),
+        (&["workspace", "sweep.toml", "--vary", "tube.youngs_modulus=1..1e61:5"], "at most 1e60 in size"),
+        (&["workspace", "sweep.toml", "--voxel", "1e61"], "at most 1e60 in size"),
+        (&["solve", "wall.toml"], "`wall.radius` is 1e300: it must be at most 1e60 in size"),
+        (
+            &["control", "scene.toml", "--targets", "ok.csv", "--input", "tube.youngs_modulus=-1..1e9"],
+            "at its lower limit `tube.youngs_modulus` is -1: it must be finite and greater than zero",
+        ),
+        (
+            &["control", "scene.toml", "stiff.toml"],
+            "`input[0].from`: at its lower limit `tube.youngs_modulus` is 0: it must be",
+        ),
     ] {
         sandbox.write("ok.csv", "x,y,z\n0,0.01,0.09\n");
         let output = sandbox.run(arguments);
         assert_eq!(output.code, 2, "{arguments:?}: {}", output.stderr);
         assert!(output.stderr.contains(words), "{arguments:?}: {}", output.stderr);
+        assert!(!output.stderr.contains("0000000000"), "{arguments:?}: {}", output.stderr);
+    }
+}
+
+#[test]
+fn settings_that_are_too_large_are_not_parsed() {
+    let sandbox = Sandbox::new();
+    sandbox.write("big.toml", &format!("{SCENE}# {}\n", "x".repeat(16 << 20)));
+    for arguments in [
+        &["solve", "big.toml"][..],
+        &["run", "big.toml", "--out", "out"],
+        &["check", "big.toml"],
+        &["control", "scene.toml", "big.toml"],
+        &["import", "big.toml"],
+    ] {
+        let output = sandbox.run(arguments);
+        assert_eq!(output.code, 2, "{arguments:?}: {}", output.stderr);
+        assert!(output.stderr.contains("16 MiB"), "{arguments:?}: {}", output.stderr);
+    }
+}
+
+#[test]
+fn names_are_looked_up_in_proportion() {
+    let sandbox = Sandbox::new();
+    // An unknown name that is compared with every other takes its length times theirs.
+    let columns: Vec<String> = (0..300_000).map(|column| format!("c{column}")).collect();
+    let zeros = ",0".repeat(columns.len());
+    sandbox.write("wide.csv", &format!("coil.current.x,{}\n0.1{zeros}\n", columns.join(",")));
+    sandbox.write("long.csv", &format!("coil.current.x,{}\n0.1,0\n", "coil.current.".repeat(250_000)));
+    fs::write(sandbox.path("nul.csv"), vec![0; 3_000_000]).unwrap();
+    let table = |file: &str| {
+        format!(
+            "scene = \"scene.toml\"\n[sampling]\nmethod = \"table\"\nfile = \"{file}\"\nextra_columns = \"ignore\"\n"
+        )
+    };
+    sandbox.write("wide.toml", &table("wide.csv"));
+    sandbox.write("long.toml", &table("long.csv"));
+    for sweep in ["wide.toml", "long.toml"] {
+        let out = sweep.trim_end_matches(".toml");
+        let output = sandbox.ok(&["run", sweep, "--out", out, "--backend", "cpu", "--no-figures"]);
+        assert!(
+            output.stderr.contains("that are ignored: `c") && output.stderr.len() < 5000,
+            "{}",
+            output.stderr.len()
+        );
+    }
+    for table in ["wide.csv", "long.csv", "nul.csv"] {
+        for arguments in [&["fit", "scene.toml", table][..], &["control", "scene.toml", "--replay", table]] {
+            let output = sandbox.run(arguments);
+            assert_eq!(output.code, 2, "{arguments:?}: {}", output.stderr.len());
+            assert!(output.stderr.len() < 2000, "{arguments:?}: {}", output.stderr.len());
+        }
     }
 }
 

@@ -311,6 +311,8 @@ const PARAMETERS: &[Mistake] = &[
     ("SegmentLengths 19.85", "SegmentLengths -19.85", ":9: `SegmentLengths`:", "give a number [mm], not negative"),
     ("ActMass 5.7736e-5", "ActMass nan", ":10: `ActMass`:", "is \"nan\"; give a number [kg]"),
     ("ActMass 5.7736e-5", "ActMass 1e999", ":10: `ActMass`:", "is \"1e999\"; give a number [kg]"),
+    ("ActMass 5.7736e-5", "ActMass 1e70", ":10: `ActMass`:", "is \"1e70\"; give a number [kg] of at most 1e60 in size"),
+    ("YoungModlist 5.3948", "YoungModlist 1e58", ": makes no scene: `segment[", "is too large; give a pressure or modulus of at most 1e60 in size"),
     ("iRlist 0.9906", "iRlist 1.9906", ":4: `iRlist`:", "is 1.9906; give a number [mm] below oRlist of the segment, 1.5875"),
     ("ShearModlist 2.3881 2.3881 \n", "", ": `ShearModlist`:", "is missing: add a line `ShearModlist` with 2 numbers [MPa]"),
     ("CatheterConfig F A F\n", "", ": `CatheterConfig`:", "is missing: add a line `CatheterConfig` with a letter for each segment"),
@@ -327,6 +329,7 @@ const PLAYS: &[Mistake] = &[
     ("2,0,0", "2,0,0,0", ":2:", "is a list of 4"),
     ("2,0,0", "2,much,0", ":2: `current`:", "is \"much\"; give a number [mA]"),
     ("3,200,3000", "3,200 mA,3000", ":6: `current`:", "is \"200 mA\"; give a number [mA]"),
+    ("3,200,3000", "3,1e70,3000", ":6: `current`:", "is \"1e70\"; give a number [mA] of at most 1e60 in size"),
     ("3,200,3000", "3,200,-3000", ":6: `dwell`:", "give a number [ms], not negative"),
 ];
 

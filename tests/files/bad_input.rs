@@ -275,6 +275,24 @@ fn broken_scenes() {
     }
 }
 
+#[test]
+fn long_texts_are_quoted_without_their_middle() {
+    let long = "x".repeat(1_000_000);
+    let quoted = |text: &str| format!("\"{text}\"");
+    for (from, to, words) in [
+        ("\"coil\"", quoted(&long), "a name of at most 100 characters"),
+        ("\"rigid\"", quoted(&long), "is not known; use one of: flexible, rigid"),
+        ("\"80 mm\"", quoted(&long), "does not start with a number"),
+        ("\"80 mm\"", quoted(&format!("80 {long}")), "is no unit known here"),
+        ("mass", long.clone(), "is not a key here"),
+    ] {
+        let error = parse_scene(Path::new("x.toml"), &replaced(SCENE, from, &to)).expect_err(words);
+        let message = error.to_string();
+        assert!(message.contains(words) && message.contains('…'), "{} bytes", message.len());
+        assert!(message.len() < 600, "{} bytes", message.len());
+    }
+}
+
 /// Stiffness by nodes in place of the tube.
 #[test]
 fn broken_stiffness_nodes() {

@@ -56,6 +56,10 @@ fn mistakes_are_named() {
         ("      - 0.003\n", "      - 0.003\n      - 0.1\n", "2 numbers in B_Coeff"),
         ("A_Coeff: ~ # none", "A_Coeff: [1.0]", "1 numbers in A_Coeff"),
         ("  - Coil_1\n", "  - Coil_2\n", "`Coil_2`: is missing"),
+        ("      - 0.003\n", "      - -1e300\n", "is -1e300; give numbers of at most 1e60 in size"),
+        // Over mu0 / (4 pi) it is ten million times as large.
+        ("      - 0.003\n", "      - 1e55\n", "makes no scene: `coil_array[0]"),
+        ("Coil_1:\n", "Coil_1: ~\nCoil_1:\n", "`Coil_1` is given twice"),
         (
             "    Source_Position: [-0.05, 0.02, -0.04]\n",
             "    Source_Position: [-0.05, 0.02]\n",

@@ -217,6 +217,57 @@ fn mistakes_in_maps_are_named() {
     assert!(error.contains("name it .vti"), "{error}");
 }
 
+#[test]
+fn places_have_bounds() {
+    let folder = TempDir::new().expect("a folder");
+    let grid = String::from_utf8(vtk(false)).expect("text");
+    let image = String::from_utf8(vti("", "type=\"Float64\" format=\"ascii\"", "1 2", b"")).expect("text");
+    let [nx, ny, nz] = COUNTS;
+    let places = format!(
+        "DATASET RECTILINEAR_GRID\nDIMENSIONS {nx} {ny} {nz}\nX_COORDINATES {nx} double\n0 1 nan 3 4\nY_COORDINATES {ny} \
+         double\n0 1 2 3\nZ_COORDINATES {nz} double\n0 1 2 3 4 5\n"
+    );
+    let head = grid.find("DATASET").expect("a grid");
+    let data = grid.find("POINT_DATA").expect("values");
+    let bound = "give places of at most 1e60 in size";
+    for (file, text, key, words) in [
+        ("a.vtk", grid.replace("ORIGIN -0.02", "ORIGIN 1e300"), "x", bound),
+        ("a.vtk", grid.replace("SPACING 0.01 0.01", "SPACING 0.01 1e61"), "y", bound),
+        ("a.vtk", grid.replace("ORIGIN -0.02", "ORIGIN 0").replace("SPACING 0.01", "SPACING 1e-300"), "x", "1e-60 m"),
+        ("a.vtk", format!("{}{places}{}", &grid[..head], &grid[data..]), "x", bound),
+        ("a.vti", image.replace("Spacing=\"0.01", "Spacing=\"1e200"), "x", bound),
+        ("a.csv", csv().replace("-0.02,", "-1e61,"), "x", "a node is at x = -1e61 m"),
+    ] {
+        let text = if file == "a.vti" {
+            let values: String = nodes().iter().map(|(_, b)| format!("{} {} {}\n", b[0], b[1], b[2])).collect();
+            text.replace("1 2<", &format!("{values}<"))
+        } else {
+            text
+        };
+        std::fs::write(folder.path().join(file), text).expect("a file");
+        let error = read(folder.path(), file, "").expect_err(words);
+        let message = error.to_string();
+        assert!(message.contains(file) && message.contains(words), "{message}\n  has not: {words}");
+        assert!(error.key == key && !message.contains("0000000000"), "{message}");
+    }
+    // A unit of the scene counts, too.
+    std::fs::write(folder.path().join("a.csv"), csv().replace("-0.02,", "-1e65,")).expect("a file");
+    let message = read(folder.path(), "a.csv", "length_unit = \"mm\"").expect_err("far away").to_string();
+    assert!(message.contains(bound), "{message}");
+}
+
+#[test]
+fn a_message_quotes_few_names_and_none_at_length() {
+    let folder = TempDir::new().expect("a folder");
+    let names: Vec<String> = (0..10_000).map(|k| format!("c{k}")).collect();
+    let wide = format!("{}\n{}\n", names.join(","), vec!["0"; names.len()].join(","));
+    for text in ["\0".repeat(1_000_000), wide, csv().replacen(",0.002", &format!(",{}", "x".repeat(1_000_000)), 1)] {
+        std::fs::write(folder.path().join("bad.csv"), text).expect("a file");
+        let message = read(folder.path(), "bad.csv", "").expect_err("no map").to_string();
+        assert!(message.contains("bad.csv") && message.len() < 1000, "{} bytes", message.len());
+    }
+}
+
 /// Standard base64, in an order of steps of its own.
 fn base64(bytes: &[u8]) -> String {
     let letters: Vec<char> = ('A'..='Z').chain('a'..='z').chain('0'..='9').chain(['+', '/']).collect();

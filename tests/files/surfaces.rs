@@ -33,7 +33,7 @@ fn voxels() -> Table {
 }
 
 fn tetrahedron<'a>(data: &'a Table, normals: &'a [[f64; 3]]) -> Triangles<'a> {
-    Triangles { points: &POINTS, normals, triangles: &TRIANGLES, data }
+    Triangles { points: &POINTS, normals, triangles: &TRIANGLES, data, mark: None }
 }
 
 /// The XML of a file, and the bytes behind it.
@@ -88,7 +88,7 @@ fn triangles_are_kept_with_their_columns() {
 
 #[test]
 fn voxels_are_kept_as_a_dense_grid() {
-    let file = vtk::image_data(&LATTICE, &voxels()).unwrap();
+    let file = vtk::image_data(&LATTICE, &voxels(), None).unwrap();
     let (xml, _) = split(&file);
     assert!(
         xml.contains("WholeExtent=\"0 2 0 1 0 3\" Origin=\"-0.01 0.0 0.2\" Spacing=\"0.002 0.002 0.002\""),
@@ -116,14 +116,14 @@ fn a_large_grid_is_mostly_empty_blocks() {
         .map(|(k, name)| Column::new(*name, "m", axis(k)))
         .collect();
     columns.push(Column::new("count", "", vec![5u64, 6]));
-    let file = vtk::image_data(&LATTICE, &Table::new(columns.clone())).unwrap();
+    let file = vtk::image_data(&LATTICE, &Table::new(columns.clone()), None).unwrap();
     let counts = array(&file, "count");
     assert_eq!(counts.len(), 8 * 200 * 200 * 200);
     assert_eq!((counts[0], counts[counts.len() - 8]), (5, 6));
     assert_eq!(counts.iter().filter(|byte| **byte != 0).count(), 2);
     // Too many cells are refused before anything is made of them.
     columns[0] = Column::new("voxel.x", "m", vec![0.0, 10.0]);
-    let error = vtk::image_data(&LATTICE, &Table::new(columns)).unwrap_err().to_string();
+    let error = vtk::image_data(&LATTICE, &Table::new(columns), None).unwrap_err().to_string();
     assert!(error.contains("5001 x 200 x 200 cells are more than 64000000: choose larger voxels"), "{error}");
 }
 
@@ -160,6 +160,24 @@ fn properties_of_points_are_kept() {
 }
 
 #[test]
+fn what_speaks_against_data_is_kept() {
+    let (mark, data) = ("DISTRUSTED: 1 of 2 -- <see>", table());
+    let surface = Triangles { mark: Some(mark), ..tetrahedron(&data, &[]) };
+    let ply = ply::encode(&surface).unwrap();
+    let end = ply.windows(11).position(|bytes| bytes == b"end_header\n").expect("a header");
+    let header = std::str::from_utf8(&ply[..end]).unwrap();
+    assert!(header.lines().any(|line| line == format!("comment {mark}")), "{header}");
+    let letters: Vec<String> = mark.bytes().chain([0]).map(|letter| letter.to_string()).collect();
+    for file in [vtk::poly_data(&surface).unwrap(), vtk::image_data(&LATTICE, &voxels(), Some(mark)).unwrap()] {
+        let (xml, _) = split(&file);
+        assert!(xml.contains("<!-- DISTRUSTED: 1 of 2 - - &lt;see&gt; -->"), "{xml}");
+        let (_, word) = xml.split_once("Name=\"distrusted\" NumberOfTuples=\"1\" format=\"ascii\">\n").expect("a word");
+        assert_eq!(word.lines().next(), Some(letters.join(" ").as_str()));
+        assert!(array(&file, "reached").starts_with(&[1]));
+    }
+}
+
+#[test]
 fn what_does_not_fit_is_refused() {
     let (data, nothing) = (table(), Table::default());
     let few = data.select(&[0, 1]);
@@ -172,14 +190,14 @@ fn what_does_not_fit_is_refused() {
         assert!(matches!(vtk::poly_data(&surface), Err(TableError::Unwritable { .. })));
         assert!(matches!(ply::encode(&surface), Err(TableError::Unwritable { .. })));
     }
-    let empty = Triangles { points: &[], normals: &[], triangles: &[], data: &nothing };
+    let empty = Triangles { points: &[], normals: &[], triangles: &[], data: &nothing, mark: None };
     assert!(vtk::poly_data(&empty).is_ok() && ply::encode(&empty).is_ok());
     for table in [&nothing, &data, &voxels().empty()] {
-        assert!(matches!(vtk::image_data(&LATTICE, table), Err(TableError::Unwritable { .. })));
+        assert!(matches!(vtk::image_data(&LATTICE, table, None), Err(TableError::Unwritable { .. })));
     }
     let mut lost = voxels();
     lost.columns[0] = Column::new("voxel.x", "m", vec![f64::NAN; 5]);
-    assert!(matches!(vtk::image_data(&LATTICE, &lost), Err(TableError::Unwritable { .. })));
+    assert!(matches!(vtk::image_data(&LATTICE, &lost, None), Err(TableError::Unwritable { .. })));
 }
 
 /// What VTK reads from files; `None`, and a note, where `python3` has no VTK.
@@ -206,10 +224,10 @@ fn read_by_vtk(files: &[(&str, Vec<u8>)]) -> Option<String> {
 #[test]
 fn vtk_reads_the_files() {
     let (data, nothing) = (table(), Table::default());
-    let empty = Triangles { points: &[], normals: &[], triangles: &[], data: &nothing };
+    let empty = Triangles { points: &[], normals: &[], triangles: &[], data: &nothing, mark: None };
     let files = [
         ("a.vtp", vtk::poly_data(&tetrahedron(&data, &[])).unwrap()),
-        ("b.vti", vtk::image_data(&LATTICE, &voxels()).unwrap()),
+        ("b.vti", vtk::image_data(&LATTICE, &voxels(), None).unwrap()),
         ("c.ply", ply::encode(&tetrahedron(&data, &POINTS)).unwrap()),
         ("d.vtp", vtk::poly_data(&empty).unwrap()),
     ];

@@ -5,7 +5,7 @@ use super::flags::{self, positive_length, some};
 use super::{CommandError, say};
 use clap::{Args, ValueEnum};
 use rodsweep::input::parse_coordinates;
-use rodsweep::model::Scene;
+use rodsweep::model::{Scene, short_name};
 use rodsweep::results::{ResultsError, make_directory};
 use rodsweep::spec::Redundancy;
 use rodsweep::study::{ControlEvent, ControlJob};
@@ -94,7 +94,8 @@ pub enum RedundancyName {
 pub fn job(scene: Scene, arguments: &ControlArguments) -> Result<ControlJob, CommandError> {
     let mut job = ControlJob::new(scene).engine(arguments.engine.request()).on_event(say_event);
     for text in &arguments.input {
-        job = job.input(text).map_err(|error| CommandError::Usage(format!("`--input {text}`: {error}")))?;
+        job =
+            job.input(text).map_err(|error| CommandError::Usage(format!("`--input {}`: {error}", short_name(text))))?;
     }
     if let Some(names) = &arguments.coordinates {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();

@@ -171,15 +171,19 @@ fn names(types: &[&str]) -> Vec<String> {
     if types == ["F", "A", "F"] {
         return ["distal", "coil", "proximal"].map(String::from).into();
     }
-    let name = |index: usize| {
-        let kind = types[index];
-        let from_base = types[index..].iter().filter(|other| **other == kind).count();
-        match kind {
-            "F" => format!("segment_{from_base}"),
-            "A" if types.iter().filter(|other| **other == "A").count() == 1 => "coil".into(),
-            "A" => format!("coil_{from_base}"),
-            _ => format!("rigid_{from_base}"),
+    let actuators = types.iter().filter(|kind| **kind == "A").count();
+    let mut from_base = [0; 3];
+    let mut name = |kind: &&str| {
+        let at = ["F", "A", "R"].iter().position(|other| other == kind).unwrap_or(2);
+        from_base[at] += 1;
+        match (*kind, from_base[at]) {
+            ("F", number) => format!("segment_{number}"),
+            ("A", _) if actuators == 1 => "coil".into(),
+            ("A", number) => format!("coil_{number}"),
+            (_, number) => format!("rigid_{number}"),
         }
     };
-    (0..types.len()).map(name).collect()
+    let mut names: Vec<String> = types.iter().rev().map(&mut name).collect();
+    names.reverse();
+    names
 }

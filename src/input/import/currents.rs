@@ -5,8 +5,9 @@
 
 use super::super::error::{InputError, Problem};
 use super::super::units::{Dimension, parse_quantity};
-use super::keywords::number;
+use super::keywords::{number, size_words};
 use super::{Import, ImportKind, ImportOptions, name_of};
+use crate::model::short_name;
 use std::path::Path;
 
 const CHANNELS: usize = 6;
@@ -86,20 +87,21 @@ fn parse<'a>(file: &Path, text: &'a str) -> Result<Play<'a>, InputError> {
         let wrong = |key: &str, value: String, expected: &str| {
             error(file, Some(line), key, Problem::Range { value, expected: expected.into() })
         };
+        let quoted = |cell: &str| format!("\"{}\"", short_name(cell));
         let cells: Vec<&str> = row.split(',').map(str::trim).collect();
         let [channel, current, dwell] = cells[..] else {
             return Err(wrong("", format!("a list of {}", cells.len()), "three values: channel, mA, ms"));
         };
         let Some(channel) = channel.parse::<usize>().ok().filter(|channel| *channel <= CHANNELS) else {
-            return Err(wrong("channel", format!("\"{channel}\""), "1 to 6, or 0 for all of them"));
+            return Err(wrong("channel", quoted(channel), "1 to 6, or 0 for all of them"));
         };
         // With the unit in the text, the double is the one nearest to the decimal in A.
         let amperes = number(current).and_then(|_| parse_quantity(&format!("{current} mA"), Dimension::of("A")).ok());
         let Some(amperes) = amperes else {
-            return Err(wrong("current", format!("\"{current}\""), "a number [mA]"));
+            return Err(wrong("current", quoted(current), &format!("a number [mA]{}", size_words(current))));
         };
         let Some(milliseconds) = number(dwell).filter(|time| *time >= 0.0) else {
-            return Err(wrong("dwell", format!("\"{dwell}\""), "a number [ms], not negative"));
+            return Err(wrong("dwell", quoted(dwell), &format!("a number [ms]{}, not negative", size_words(dwell))));
         };
         match channel {
             0 => state = [amperes; CHANNELS],

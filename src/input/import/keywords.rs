@@ -1,8 +1,8 @@
 //! Files of lines `keyword value value ...`; `#` begins a comment. Every mistake names file, line, keyword and remedy.
 
 use super::super::error::{InputError, Problem};
-use super::super::units::{Dimension, parse_quantity};
-use crate::model::closest;
+use super::super::units::{Dimension, QuantityError, parse_quantity};
+use crate::model::{closest, short_name};
 use std::path::Path;
 
 /// A number and its digits in the file.
@@ -45,6 +45,14 @@ pub(crate) struct KeywordFile<'a> {
 /// A finite decimal number.
 pub(crate) fn number(text: &str) -> Option<f64> {
     parse_quantity(text, Dimension::NUMBER).ok()
+}
+
+/// What to say of the size of a number that is wanted in place of this text.
+pub(crate) fn size_words(text: &str) -> &'static str {
+    match parse_quantity(text, Dimension::NUMBER) {
+        Err(QuantityError::TooLarge { .. }) => " of at most 1e60 in size",
+        _ => "",
+    }
 }
 
 impl<'a> KeywordFile<'a> {
@@ -114,7 +122,8 @@ impl<'a> KeywordFile<'a> {
         let mut numbers = Vec::new();
         for text in &line.values {
             let Some(value) = number(text).filter(|value| holds(*value)) else {
-                let (value, expected) = (format!("\"{text}\""), format!("a {expected}{requirement}"));
+                let value = format!("\"{}\"", short_name(text));
+                let expected = format!("a {expected}{}{requirement}", size_words(text));
                 return Err(self.error(name, Problem::Range { value, expected }));
             };
             numbers.push(Number { text, value });

@@ -12,7 +12,7 @@ mod spatial;
 mod yaml;
 
 use super::error::{InputError, Problem};
-use super::scene_file::read_text;
+use super::scene_file::{parse_scene, read_text};
 use std::path::{Path, PathBuf};
 
 /// What an import may be told beside the file.
@@ -60,7 +60,7 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Import, InputError
     if has_keyword(text, &catheter::USED) {
         let spatial = options.spatial.as_deref().map(spatial::read).transpose()?;
         let catheter = catheter::parse(file, text)?;
-        return Ok(scene::import(file, &catheter, spatial.as_ref()));
+        return judged(file, scene::import(file, &catheter, spatial.as_ref()));
     }
     if mpem::looks_so(text) {
         if options.spatial.is_some() {
@@ -68,7 +68,7 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Import, InputError
                 Problem::Unreadable("it is a calibration of coils: `--spatial` is for parameter files".into());
             return Err(InputError { file: file.into(), line: None, key: String::new(), problem: problem.into() });
         }
-        return mpem::import(file, text);
+        return judged(file, mpem::import(file, text)?);
     }
     let problem = if has_keyword(text, &spatial::KNOWN) {
         "it holds field, gravity and base pose only; import the parameter file and give this one as `--spatial FILE`"
@@ -80,6 +80,17 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Import, InputError
     };
     let problem = Problem::Unreadable(problem.into()).into();
     Err(InputError { file: file.into(), line: None, key: String::new(), problem })
+}
+
+/// Refuses a scene that would not be read: numbers that are possible alone may not be so together.
+fn judged(file: &Path, import: Import) -> Result<Import, InputError> {
+    match parse_scene(file, &import.text) {
+        Ok(_) => Ok(import),
+        Err(InputError { key, problem, .. }) => {
+            let problem = Problem::Table(format!("makes no scene: `{key}`: {problem}")).into();
+            Err(InputError { file: file.into(), line: None, key: String::new(), problem })
+        }
+    }
 }
 
 /// Whether a line begins with one of the keywords.

@@ -2,9 +2,10 @@
 //! one `B_Coeff` b, a direction d and a position gives B = b (3 (d·r) r - d) / r³ per ampere, r of length one.
 
 use super::super::error::{InputError, Problem};
+use super::super::units::LARGEST;
 use super::yaml::{self, Node};
 use super::{Import, ImportKind, name_of, printable};
-use crate::model::{MU0_OVER_4PI, Vector, closest};
+use crate::model::{MU0_OVER_4PI, Vector, closest, short_name};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -39,6 +40,10 @@ pub(crate) fn import(file: &Path, text: &str) -> Result<Import, InputError> {
         problem: Problem::Unreadable(words).into(),
     })?;
     let calibration = Calibration { file, root };
+    if let Some((line, number)) = calibration.root.number_beyond(LARGEST) {
+        let (value, expected) = (short_name(number).into_owned(), "numbers of at most 1e60 in size".into());
+        return Err(calibration.error(Some(line), "", Problem::Range { value, expected }));
+    }
     let names = calibration.words(&calibration.root, COIL_LIST, "")?;
     let mut coils = Vec::new();
     for name in &names {

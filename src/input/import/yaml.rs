@@ -1,9 +1,12 @@
 //! As much YAML as calibrations are written in: maps and lists by indentation, scalars, lists in brackets.
 
+use crate::model::short_name;
+use std::collections::BTreeMap;
+
 /// A value and the line that it begins in, from 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Node {
-    Map(usize, Vec<(String, Node)>),
+    Map(usize, BTreeMap<String, Node>),
     List(usize, Vec<Node>),
     /// Empty where nothing or `~` stands.
     Scalar(usize, String),
@@ -18,15 +21,15 @@ impl Node {
 
     pub(super) fn get(&self, name: &str) -> Option<&Node> {
         match self {
-            Node::Map(_, entries) => entries.iter().find(|(other, _)| other == name).map(|(_, node)| node),
+            Node::Map(_, entries) => entries.get(name),
             _ => None,
         }
     }
 
     /// Names of the entries of a map.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        let entries = if let Node::Map(_, entries) = self { &entries[..] } else { &[] };
-        entries.iter().map(|(name, _)| name.as_str())
+        let entries = if let Node::Map(_, entries) = self { Some(entries) } else { None };
+        entries.into_iter().flat_map(BTreeMap::keys).map(String::as_str)
     }
 
     pub(super) fn list(&self) -> Option<&[Node]> {
@@ -35,6 +38,18 @@ impl Node {
 
     pub(super) fn text(&self) -> Option<&str> {
         if let Node::Scalar(_, text) = self { Some(text.as_str()).filter(|text| !text.is_empty()) } else { None }
+    }
+
+    /// The first number that is finite and larger than this: its line and its text.
+    pub(super) fn number_beyond(&self, largest: f64) -> Option<(usize, &str)> {
+        match self {
+            Node::Map(_, entries) => entries.values().filter_map(|node| node.number_beyond(largest)).min(),
+            Node::List(_, nodes) => nodes.iter().find_map(|node| node.number_beyond(largest)),
+            Node::Scalar(line, text) => {
+                let number = text.parse::<f64>().ok().filter(|x| x.is_finite() && x.abs() > largest);
+                number.map(|_| (*line, text.as_str()))
+            }
+        }
     }
 
     /// Finite numbers of a list; none where nothing stands.
@@ -133,18 +148,18 @@ fn block(lines: &mut [Line], at: &mut usize, indent: usize, depth: usize) -> Res
         }
         return Ok(Node::List(number, nodes));
     }
-    let mut entries: Vec<(String, Node)> = Vec::new();
+    let mut entries = BTreeMap::new();
     while let Some(line) = lines.get(*at).filter(|line| line.indent == indent && !is_item(line)) {
         let number = line.number;
         let (name, rest) =
             key(line.text).ok_or((number, "the line is neither `name: value` nor `- value`".to_owned()))?;
-        if entries.iter().any(|(other, _)| other == name) {
-            return Err((number, format!("`{name}` is given twice: drop one")));
+        if entries.contains_key(name) {
+            return Err((number, format!("`{}` is given twice: drop one", short_name(name))));
         }
         let name = name.to_owned();
         *at += 1;
         let node = if rest.is_empty() { below(lines, at, indent, number, depth)? } else { scalar(rest, number)? };
-        entries.push((name, node));
+        entries.insert(name, node);
     }
     Ok(Node::Map(number, entries))
 }
@@ -187,7 +202,10 @@ fn scalar(text: &str, line: usize) -> Result<Node, Mistake> {
         return Ok(Node::List(line, parts.map(|part| Node::Scalar(line, bare(part).into())).collect()));
     }
     if text.starts_with(['{', '&', '*', '|', '>', '!']) {
-        return Err((line, format!("`{text}` is YAML that is not read: write lists and maps line by line")));
+        return Err((
+            line,
+            format!("`{}` is YAML that is not read: write lists and maps line by line", short_name(text)),
+        ));
     }
     let text = bare(text);
     Ok(Node::Scalar(line, if matches!(text, "~" | "null") { String::new() } else { text.into() }))

@@ -5,6 +5,7 @@ use super::grid::of_axes;
 use super::nodes::{FLUX, Named, PLACES, meaning, of_columns};
 use super::{MOST_NODES, wrong};
 use crate::input::InputError;
+use crate::model::{short_list, short_name};
 use crate::table::npy::{NumberArray, array_names, read_arrays};
 use std::path::Path;
 
@@ -42,7 +43,8 @@ pub(super) fn read(path: &Path, factors: &Factors) -> Result<Samples, InputError
             Some(at) if is_own => chosen[at] = (name, means, is_own),
             Some(at) if chosen[at].2 => {}
             Some(at) => {
-                let words = format!("and `{}` both may be {means}: drop one of the arrays, or rename it", chosen[at].0);
+                let another = short_name(chosen[at].0);
+                let words = format!("and `{another}` both may be {means}: drop one of the arrays, or rename it");
                 return Err(wrong(path, None, name, words));
             }
         }
@@ -80,7 +82,7 @@ fn listed(names: &[String]) -> String {
     if names.is_empty() {
         return "no arrays".into();
     }
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    short_list(names.iter().map(|name| format!("`{}`", short_name(name))))
 }
 
 /// Every node with its coordinates: arrays of equal shapes, or three numbers a node.

@@ -7,6 +7,7 @@ use crate::input::InputError;
 use crate::input::error::Problem;
 use crate::input::text_table::{Head, TextTable, comments, decode, is_gap};
 use crate::input::units::{Dimension, QuantityError, parse_quantity};
+use crate::model::{short_list, short_name};
 use std::path::Path;
 
 /// How COMSOL tells the unit of coordinates.
@@ -46,8 +47,9 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>, factors: &Factors) -> Result<Sam
                 Some(value) => value * column.factor,
                 None if is_gap(cell) => f64::NAN,
                 None => {
+                    let (cell, column) = (short_name(cell), short_name(name));
                     let words = format!(
-                        "\"{cell}\" is no number; write the unit once, in the first line as `{name} [mT]` or as `field_unit` of the scene"
+                        "\"{cell}\" is no number; write the unit once, in the first line as `{column} [mT]` or as `field_unit` of the scene"
                     );
                     return Err(wrong(path, Some(line), name, words));
                 }
@@ -58,8 +60,8 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>, factors: &Factors) -> Result<Sam
             values.push(value);
         }
     }
-    let names: Vec<String> = table.heads.iter().map(|head| format!("`{}`", head.name)).collect();
-    let there = format!("line {} names {}", table.line, names.join(", "));
+    let names = short_list(table.heads.iter().map(|head| format!("`{}`", short_name(head.name))));
+    let there = format!("line {} names {names}", table.line);
     let samples = of_columns(path, &named, &there).map_err(|error| match notes.is_empty() {
         true => error,
         false => {
@@ -124,7 +126,10 @@ fn columns<'t>(
             Some(other) => {
                 let words = match used[other].head.name {
                     same if same == head.name => "stands twice in the first line: drop one of the columns".to_owned(),
-                    another => format!("and `{another}` both may be {name}: drop one of the columns, or rename it"),
+                    another => {
+                        let another = short_name(another);
+                        format!("and `{another}` both may be {name}: drop one of the columns, or rename it")
+                    }
                 };
                 return Err(wrong(path, Some(table.line), head.name, words));
             }

@@ -2,7 +2,8 @@
 
 use super::{MOST_NODES, wrong};
 use crate::input::InputError;
-use crate::model::{LEAST_MAP_NODES, Vector};
+use crate::input::units::LARGEST;
+use crate::model::{LEAST_MAP_NODES, Vector, short_number};
 use std::path::Path;
 
 /// Coordinates may miss their nodes by this share of a step.
@@ -32,6 +33,17 @@ pub(super) struct Placed {
     pub strays: Option<[Vec<f64>; 3]>,
 }
 
+/// Refuses coordinates (m) that no scene has.
+fn check_places(path: &Path, places: [&[f64]; 3]) -> Result<(), InputError> {
+    for (name, places) in AXES.into_iter().zip(places) {
+        if let Some(place) = places.iter().find(|place| place.is_nan() || place.abs() > LARGEST) {
+            let words = format!("a node is at {name} = {place:e} m: give places of at most 1e60 in size");
+            return Err(wrong(path, None, name, words));
+        }
+    }
+    Ok(())
+}
+
 /// First coordinate, step and number of coordinates in rising order.
 fn even(path: &Path, axis: usize, places: &[f64], tolerance: f64) -> Result<(f64, f64, usize), InputError> {
     let name = AXES[axis];
@@ -39,7 +51,7 @@ fn even(path: &Path, axis: usize, places: &[f64], tolerance: f64) -> Result<(f64
     if count == 1 {
         let words = format!(
             "the samples lie in one plane, {name} = {} m, which does not tell how the field changes along {name}: give at least {LEAST_MAP_NODES} planes",
-            places[0]
+            short_number(places[0])
         );
         return Err(wrong(path, None, name, words));
     }
@@ -54,9 +66,14 @@ fn even(path: &Path, axis: usize, places: &[f64], tolerance: f64) -> Result<(f64
     if !rises || places.iter().enumerate().any(strays) {
         let steps = places.windows(2).map(|pair| pair[1] - pair[0]);
         let (least, most) = steps.fold((f64::INFINITY, 0.0_f64), |(low, high), h| (low.min(h), high.max(h)));
+        let [least, most] = [least, most].map(short_number);
         let words = format!(
             "the grid is irregular: steps along {name} go from {least} to {most} m; sample the field again in equal, rising steps"
         );
+        return Err(wrong(path, None, name, words));
+    }
+    if step < 1.0 / LARGEST {
+        let words = format!("its nodes are {step:e} m apart along {name}: give steps of at least 1e-60 m");
         return Err(wrong(path, None, name, words));
     }
     Ok((first, step, count))
@@ -64,6 +81,7 @@ fn even(path: &Path, axis: usize, places: &[f64], tolerance: f64) -> Result<(f64
 
 /// Of the coordinates along each axis.
 pub(super) fn of_axes(path: &Path, axes: [&[f64]; 3]) -> Result<Lattice, InputError> {
+    check_places(path, axes)?;
     lattice(path, axes, ROUNDING)
 }
 
@@ -88,6 +106,7 @@ fn clusters(places: &[f64]) -> Vec<f64> {
 
 /// The grid of points in any order.
 pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<Placed, InputError> {
+    check_places(path, points)?;
     let places = points.map(|coordinates| {
         let mut sorted = coordinates.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -95,7 +114,7 @@ pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<Placed, Inpu
         sorted.dedup_by(|b, a| *b - *a <= SAME * width);
         sorted
     });
-    let exact = of_axes(path, [&places[0], &places[1], &places[2]]);
+    let exact = lattice(path, [&places[0], &places[1], &places[2]], ROUNDING);
     let (lattice, is_exact) = match exact {
         Ok(lattice) => (lattice, true),
         Err(refused) => {
@@ -127,7 +146,7 @@ pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<Placed, Inpu
                         row + 1,
                         AXES[axis],
                         stray.abs(),
-                        lattice.steps[axis]
+                        short_number(lattice.steps[axis])
                     );
                     return Err(wrong(path, None, AXES[axis], words));
                 }
@@ -137,6 +156,7 @@ pub(super) fn of_points(path: &Path, points: [&[f64]; 3]) -> Result<Placed, Inpu
         let [i, j, k] = steps.map(|step| step.round() as usize);
         let node = (k * ny + j) * nx + i;
         if std::mem::replace(&mut is_taken[node], true) {
+            let [x, y, z] = at.map(short_number);
             let words = format!("the point ({x}, {y}, {z}) m is given twice, in row {} again: give each once", row + 1);
             return Err(wrong(path, None, "", words));
         }

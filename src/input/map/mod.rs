@@ -15,7 +15,7 @@ use super::segment_file::check_name;
 use super::toml::{Reader, quoted};
 use super::units::{Dimension, parse_quantity};
 use crate::files;
-use crate::model::{FieldMap, LEAST_MAP_NODES, MapGrid};
+use crate::model::{FieldMap, LEAST_MAP_NODES, MapGrid, short_name};
 use data::{Factors, Samples, Values};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -50,8 +50,10 @@ fn field_map(reader: &Reader) -> Result<FieldMap, InputError> {
     })?;
     let digest = format!("{:016x}", xxh3_64(&bytes));
     if let Some(expected) = reader.string("digest")?.filter(|expected| *expected != digest) {
-        let expected =
-            format!("\"{expected}\", which this scene was written with: bring that file back, or drop `digest`");
+        let expected = format!(
+            "\"{}\", which this scene was written with: bring that file back, or drop `digest`",
+            short_name(expected)
+        );
         let value = format!("not that of {}, \"{digest}\"", path.display());
         return Err(reader.error("digest", Problem::Range { value, expected }));
     }

@@ -3,6 +3,7 @@
 use super::data::{Factors, Samples};
 use super::{MOST_NODES, vtk, wrong};
 use crate::input::InputError;
+use crate::model::short_name;
 use std::path::Path;
 
 /// A file, up to what is appended to it, and that.
@@ -167,7 +168,7 @@ impl File<'_> {
             Some("Float64") => 8,
             Some("Float32") => 4,
             other => {
-                let found = other.unwrap_or("nothing");
+                let found = short_name(other.unwrap_or("nothing"));
                 return Err(self.wrong(format!("holds {found} numbers; write Float32 or Float64")));
             }
         };

@@ -5,6 +5,7 @@ use super::data::{Factors, Samples, Values};
 use super::grid::{Lattice, of_axes};
 use super::{MOST_NODES, wrong};
 use crate::input::InputError;
+use crate::model::short_name;
 use std::path::Path;
 
 /// Words and numbers one after the other.
@@ -45,14 +46,15 @@ impl<'a> Cursor<'a> {
         if !self.is_binary {
             let number = |cursor: &mut Self| {
                 let word = cursor.word();
-                word.parse().map_err(|_| cursor.wrong(format!("has \"{word}\" where a number has to stand")))
+                word.parse()
+                    .map_err(|_| cursor.wrong(format!("has \"{}\" where a number has to stand", short_name(word))))
             };
             return (0..count).map(|_| number(self)).collect();
         }
         let width = match kind {
             "double" => 8,
             "float" => 4,
-            _ => return Err(self.wrong(format!("holds {kind} numbers; write float or double"))),
+            _ => return Err(self.wrong(format!("holds {} numbers; write float or double", short_name(kind)))),
         };
         if self.bytes.len() < count * width {
             return Err(self.wrong("ends before its numbers do"));
@@ -95,7 +97,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], factors: &Factors) -> Result<Sampl
                 Some("STRUCTURED_POINTS") => {}
                 Some("RECTILINEAR_GRID") => is_even = false,
                 other => {
-                    let found = other.unwrap_or("nothing").to_owned();
+                    let found = short_name(other.unwrap_or("nothing"));
                     return Err(cursor.wrong(format!(
                         "the grid is irregular: it is {found}; sample the field again on STRUCTURED_POINTS"
                     )));

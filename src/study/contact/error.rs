@@ -1,7 +1,7 @@
 //! Why it cannot be told what a tip can press where.
 
 use crate::backend::BackendError;
-use crate::model::PlanError;
+use crate::model::{PlanError, short_number};
 use crate::results::ResultsError;
 use crate::study::workspace::WorkspaceError;
 use std::path::PathBuf;
@@ -50,16 +50,16 @@ pub enum ContactError {
         file: PathBuf,
     },
     /// A spacing that is no length.
-    #[error("points {0} m apart make no lattice: give a length from 1e-12 m to 1e60 m")]
+    #[error("points {} m apart make no lattice: give a length from 1e-12 m to 1e60 m", short_number(*.0))]
     Spacing(f64),
     /// An extent that is no length.
-    #[error("an extent of {0} m is no length: give one greater than zero")]
+    #[error("an extent of {} m is no length: give one greater than zero", short_number(*.0))]
     Extent(f64),
     /// A force that is none.
-    #[error("a normal force of {0} N makes no sense: give one greater than zero")]
+    #[error("a normal force of {} N makes no sense: give one greater than zero", short_number(*.0))]
     Force(f64),
     /// A margin that no equilibrium has.
-    #[error("a minimum margin of {0} makes no sense: give a number from 0 to below 1")]
+    #[error("a minimum margin of {} makes no sense: give a number from 0 to below 1", short_number(*.0))]
     Margin(f64),
     /// The lattice would take too long.
     #[error("points {:.3} mm apart make {count:.1e} points of the wall within reach, more than {most:.0e}; take {:.3} mm at least, or a smaller extent", 1e3 * spacing, 1e3 * fits)]

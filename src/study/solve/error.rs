@@ -1,7 +1,7 @@
 //! Why one scene could not be solved, or gives no answer to a question.
 
 use crate::backend::BackendError;
-use crate::model::{ParameterError, PlanError, Status};
+use crate::model::{ParameterError, PlanError, Status, short_number};
 
 /// Why a scene could not be solved, or why its solution does not answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum SolveError {
         status: Status,
     },
     /// A point beyond the ends of the rod.
-    #[error("{arc_length} m is not on the rod, which is {length} m long")]
+    #[error("{} m is not on the rod, which is {} m long", short_number(*arc_length), short_number(*length))]
     OffTheRod {
         /// From the base (m)
         arc_length: f64,

@@ -8,7 +8,7 @@ use super::reach::Reach;
 use super::stage::WorkspaceStage;
 use super::workspace::Workspace;
 use crate::input::{Dimension, parse_quantity};
-use crate::model::{Parameter, Scene, Vector};
+use crate::model::{Parameter, Scene, Vector, short_name};
 use crate::spec::{AxisSpec, SobolNet, SweepSpec};
 use crate::study::columns::Columns;
 use crate::table::{Column, Table};
@@ -86,7 +86,7 @@ impl Variation {
     pub fn parse(scene: &Scene, text: &str) -> Result<Variation, WorkspaceError> {
         let wrong = |problem: &str| {
             let form = "write NAME+NAME=-10%..10%:5, or NAME=LOW..HIGH:COUNT";
-            WorkspaceError::Designs(format!("`{text}`: {problem}; {form}"))
+            WorkspaceError::Designs(format!("`{}`: {problem}; {form}", short_name(text)))
         };
         let (names, range) = text.split_once('=').ok_or_else(|| wrong("there is no `=`"))?;
         let (range, count) = range.rsplit_once(':').ok_or_else(|| wrong("there is no number of designs"))?;
@@ -99,16 +99,14 @@ impl Variation {
         let mut parameters = Vec::new();
         for name in names.split('+') {
             let found = Parameter::parse(scene, name.trim());
-            parameters.extend(found.map_err(|error| WorkspaceError::Designs(format!("`{text}`: {error}")))?);
+            parameters
+                .extend(found.map_err(|error| WorkspaceError::Designs(format!("`{}`: {error}", short_name(text))))?);
         }
         let unit = parameters.first().map_or("", Parameter::unit);
         let end = |end: &str| -> Result<f64, WorkspaceError> {
-            let end = end.trim();
-            let value = match scales {
-                true => end.trim_end_matches('%').trim().parse().ok().map(|percent: f64| 1.0 + percent / 100.0),
-                false => parse_quantity(end, Dimension::of(unit)).ok(),
-            };
-            value.filter(|value| value.is_finite()).ok_or_else(|| wrong("an end of the range is no number"))
+            let dimension = if scales { Dimension::NUMBER } else { Dimension::of(unit) };
+            let value = parse_quantity(end.trim(), dimension).map_err(|problem| wrong(&problem.to_string()))?;
+            Ok(if scales { 1.0 + value } else { value })
         };
         let (low, high) = (end(low)?, end(high)?);
         if low == high {
@@ -360,6 +358,26 @@ fn design_table(names: &[String], designs: &[Design]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_range_says_what_is_wrong_with_its_ends() {
+        let text = "[[segment]]\nname = \"wire\"\nkind = \"flexible\"\nlength = 0.05\n\
+                    stiffness = { bending = 1e-5, torsion = 1e-5 }\n";
+        let scene = crate::input::parse_scene("scene.toml".as_ref(), text).expect("a scene");
+        let values = |text: &str| Variation::parse(&scene, text).map(|variation| variation.values);
+        for (text, words) in [
+            ("wire.stiffness.bending=1..1e61:5", "of at most 1e60 in size"),
+            ("wire.stiffness.bending=-1e300%..10%:5", "of at most 1e60 in size"),
+            ("wire.stiffness.bending=1..1e400:5", "is not finite"),
+            ("wire.stiffness.bending=1..much:5", "does not start with a number"),
+            ("wire.stiffness.bending=1..2 kg:5", "is a mass"),
+        ] {
+            let error = values(text).expect_err(text).to_string();
+            assert!(error.contains(words) && error.contains("NAME=LOW..HIGH:COUNT"), "{error}");
+        }
+        assert_eq!(values("wire.stiffness.bending=-50%..50%:3").expect("factors"), [0.5, 1.0, 1.5]);
+        assert_eq!(values("wire.stiffness.bending=1..3:3").expect("values"), [1.0, 2.0, 3.0]);
+    }
 
     #[test]
     fn bounds_are_those_of_the_tables() {

@@ -3,7 +3,7 @@
 use super::tip_map::MOST_INPUTS;
 use crate::backend::BackendError;
 use crate::input::InputError;
-use crate::model::PlanError;
+use crate::model::{PlanError, short_number};
 use crate::results::ResultsError;
 use std::path::PathBuf;
 
@@ -82,10 +82,10 @@ pub enum WorkspaceError {
         fits: f64,
     },
     /// An edge that is no length.
-    #[error("a voxel of {0} m is no length: give one from 1e-12 m to 1e60 m")]
+    #[error("a voxel of {} m is no length: give one from 1e-12 m to 1e60 m", short_number(*.0))]
     Voxel(f64),
     /// A margin that no equilibrium has.
-    #[error("a minimum margin of {0} makes no sense: give a number from 0 to below 1")]
+    #[error("a minimum margin of {} makes no sense: give a number from 0 to below 1", short_number(*.0))]
     Margin(f64),
     /// A query that is no point.
     #[error("{place}: {problem}")]

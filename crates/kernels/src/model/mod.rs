@@ -16,6 +16,7 @@ mod growth;
 mod inner_force;
 mod magnet_sheet;
 mod map_fit;
+mod message;
 mod multiples;
 mod parameter;
 pub mod path;
@@ -54,7 +55,8 @@ pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap
 pub use field_parameter::MagnetParameter;
 pub use inner_force::{ForcePlace, InnerForce, LOAD_KEYS};
 pub use magnet_sheet::{Body, MagnetMaterial, MagnetQuantity};
-pub use parameter::{Axis, Parameter, ParameterError, StiffnessAxis, closest};
+pub use message::{short_list, short_name, short_number};
+pub use parameter::{Axis, Parameter, ParameterError, ParameterNames, StiffnessAxis, closest};
 pub use plan::{Batch, Derivative, Entry, FreePart, Plan, PlanError, SegmentPlan, Terms, step_at};
 pub use plan_options::{DerivativeScale, PlanOptions, Sensitivity};
 pub use profile::{Node, Piece, Profile};

@@ -3,12 +3,14 @@
 //! A parameter is a path into the scene. `chain` says by how much it moves the numbers of the rod, so that every
 //! parameter that can be swept can be differentiated by.
 
+use super::message::{short_list, short_name};
 use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
 use super::segment_parameter::SegmentParameter;
 use super::{
     Density, Flexible, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector, WallParameter,
     field_parameter, inner_force, segment_chain,
 };
+use std::collections::BTreeMap;
 
 /// One of three axes, of the world or of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -96,7 +98,7 @@ pub enum Parameter {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParameterError {
     /// The scene has no parameter or group of this name.
-    #[error("no parameter is named `{name}`{}", remedy(suggestion, heads))]
+    #[error("no parameter is named `{}`{}", short_name(name), remedy(suggestion, heads))]
     Unknown {
         /// As the user wrote it.
         name: String,
@@ -118,7 +120,7 @@ pub enum ParameterError {
 fn remedy(suggestion: &Option<String>, heads: &[String]) -> String {
     match suggestion {
         Some(name) => format!(": did you mean `{name}`?"),
-        None => format!("; names in this scene begin with: {}", heads.join(", ")),
+        None => format!("; names in this scene begin with: {}", short_list(heads.iter().cloned())),
     }
 }
 
@@ -149,27 +151,14 @@ impl Parameter {
         all
     }
 
-    /// Parameters meant by a name; a group (`coil.current`) stands for its components.
+    /// Parameters meant by a name; a group (`coil.current`) stands for its components. Who asks for many names asks
+    /// [`ParameterNames`].
     ///
     /// # Errors
     ///
     /// The scene has no such parameter.
     pub fn parse(scene: &Scene, name: &str) -> Result<Vec<Parameter>, ParameterError> {
-        let all = Self::all(scene);
-        if let Some(exact) = all.iter().find(|parameter| parameter.name(scene) == name) {
-            return Ok(vec![*exact]);
-        }
-        let group: Vec<_> = all.iter().copied().filter(|p| p.groups(scene).iter().any(|group| group == name)).collect();
-        if !group.is_empty() {
-            return Ok(group);
-        }
-        let mut names: Vec<String> = all.iter().map(|parameter| parameter.name(scene)).collect();
-        names.extend(all.iter().flat_map(|parameter| parameter.groups(scene)));
-        let suggestion = closest(name, names.iter().map(String::as_str));
-        let mut heads: Vec<String> = names.iter().filter_map(|name| name.split('.').next()).map(String::from).collect();
-        heads.sort();
-        heads.dedup();
-        Err(ParameterError::Unknown { name: name.into(), suggestion, heads })
+        ParameterNames::of(scene).parse(name)
     }
 
     /// The path that names this parameter.
@@ -370,31 +359,109 @@ impl Parameter {
     }
 }
 
+/// The names of the parameters and groups of a scene, to look up many.
+#[derive(Clone, Debug)]
+pub struct ParameterNames(BTreeMap<String, Vec<Parameter>>);
+
+impl ParameterNames {
+    /// Those of a scene.
+    pub fn of(scene: &Scene) -> ParameterNames {
+        let all = Parameter::all(scene);
+        let mut found: BTreeMap<String, Vec<Parameter>> = BTreeMap::new();
+        for parameter in &all {
+            parameter.groups(scene).into_iter().for_each(|group| found.entry(group).or_default().push(*parameter));
+        }
+        // A parameter wins over a group of its name, and the first of two parameters.
+        found.extend(all.iter().rev().map(|parameter| (parameter.name(scene), vec![*parameter])));
+        ParameterNames(found)
+    }
+
+    /// Parameters meant by a name; `None` where there are none.
+    pub fn find(&self, name: &str) -> Option<&[Parameter]> {
+        self.0.get(name).map(Vec::as_slice)
+    }
+
+    /// Parameters meant by a name.
+    ///
+    /// # Errors
+    ///
+    /// The scene has no such parameter; the error suggests another name.
+    pub fn parse(&self, name: &str) -> Result<Vec<Parameter>, ParameterError> {
+        if let Some(found) = self.find(name) {
+            return Ok(found.to_vec());
+        }
+        let names = || self.0.keys().map(String::as_str);
+        let mut heads: Vec<String> = names().filter_map(|name| name.split('.').next()).map(String::from).collect();
+        heads.sort();
+        heads.dedup();
+        Err(ParameterError::Unknown { name: name.into(), suggestion: closest(name, names()), heads })
+    }
+}
+
 /// A load along a world axis on every segment, each with its own rate.
 fn on_all(scene: &Scene, axis: Axis, rate: impl Fn(usize) -> f64) -> Vec<(Slot, f64)> {
     (0..scene.segments.len()).flat_map(|segment| load_chain(scene, segment, axis, rate(segment))).collect()
 }
 
+/// Characters of the names that are compared: their distance takes as many steps as their lengths multiplied.
+const MOST_CHARACTERS: usize = 200;
+
 /// The candidate nearest to a misspelt name, if one is near (edit distance at most a third of the length).
+///
+/// Names of more than 200 characters are near to none, and candidates whose lengths differ by too much are passed over.
 pub fn closest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<String> {
-    let distance = |a: &str, b: &str| -> usize {
-        let b: Vec<char> = b.chars().collect();
-        let mut row: Vec<usize> = (0..=b.len()).collect();
-        for (i, ca) in a.chars().enumerate() {
-            let mut diagonal = row[0];
-            row[0] = i + 1;
-            for (j, cb) in b.iter().enumerate() {
-                let substitution = diagonal + usize::from(ca != *cb);
-                diagonal = row[j + 1];
-                row[j + 1] = substitution.min(row[j] + 1).min(row[j + 1] + 1);
-            }
-        }
-        row[b.len()]
+    let name: Vec<char> = name.chars().take(MOST_CHARACTERS + 1).collect();
+    if name.len() > MOST_CHARACTERS {
+        return None;
+    }
+    let limit = 2.max(name.len() / 3);
+    let may_be_near = |candidate: &&str| {
+        let length = candidate.chars().take(MOST_CHARACTERS + 1).count();
+        length <= MOST_CHARACTERS && length.abs_diff(name.len()) <= limit
     };
-    let limit = 2.max(name.chars().count() / 3);
     candidates
-        .map(|candidate| (distance(name, candidate), candidate))
+        .filter(may_be_near)
+        .map(|candidate| (distance(&name, candidate), candidate))
         .filter(|(distance, _)| *distance <= limit)
         .min()
         .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// Characters to insert, drop or replace between two texts.
+fn distance(a: &[char], b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.iter().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substitution = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substitution.min(row[j] + 1).min(row[j + 1] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::closest;
+    use std::iter;
+
+    #[test]
+    fn a_near_name_is_suggested() {
+        let known = ["coil.current.x", "insertion", "loads.tip_force.x"];
+        assert_eq!(closest("coil.curent.x", known.into_iter()).as_deref(), Some("coil.current.x"));
+        assert_eq!(closest("insertoin", known.into_iter()).as_deref(), Some("insertion"));
+        assert_eq!(closest("temperature", known.into_iter()), None);
+    }
+
+    #[test]
+    fn a_name_far_longer_than_all_others_is_near_to_none() {
+        let long = "\0".repeat(3_000_000);
+        // A distance of two such names would take days.
+        assert_eq!(closest(&long, iter::once(long.as_str())), None);
+        assert_eq!(closest("insertion", iter::repeat_n(long.as_str(), 1000)), None);
+        assert_eq!(closest(&long, iter::from_fn(|| panic!("no candidate is looked at"))), None);
+    }
 }

@@ -1,5 +1,7 @@
 //! What is wrong with a scene.
 
+use super::message::short_number;
+
 /// Why a scene describes no rod. Each names the parameter and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
@@ -10,7 +12,7 @@ pub enum SceneError {
     #[error("every segment is rigid: a rod needs at least one flexible segment")]
     NoFlexible,
     /// A number lies outside its range.
-    #[error("`{name}` is {value}: it must be {requirement}")]
+    #[error("`{name}` is {}: it must be {requirement}", short_number(*value))]
     OutOfRange {
         /// Path of the number in the scene.
         name: String,

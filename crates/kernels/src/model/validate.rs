@@ -10,7 +10,7 @@ use std::collections::HashSet;
 const LARGEST: f64 = 1e60;
 
 /// Checks one number; `requirement` words the condition for the message.
-fn check(name: String, value: f64, holds: bool, requirement: &'static str) -> Result<(), SceneError> {
+pub(super) fn check(name: String, value: f64, holds: bool, requirement: &'static str) -> Result<(), SceneError> {
     let requirement = match holds {
         false => requirement,
         true if value.abs() > LARGEST => "at most 1e60 in size",
@@ -19,14 +19,16 @@ fn check(name: String, value: f64, holds: bool, requirement: &'static str) -> Re
     Err(SceneError::OutOfRange { name, value, requirement })
 }
 
-fn check_finite(name: &str, vector: Vector) -> Result<(), SceneError> {
+/// Checks three numbers along x, y, z.
+pub(super) fn check_finite(name: &str, vector: Vector) -> Result<(), SceneError> {
     for (axis, value) in ["x", "y", "z"].iter().zip(vector) {
         check(format!("{name}.{axis}"), value, value.is_finite(), "finite")?;
     }
     Ok(())
 }
 
-fn check_positive(name: String, value: f64) -> Result<(), SceneError> {
+/// Checks a number that has to be greater than zero.
+pub(super) fn check_positive(name: String, value: f64) -> Result<(), SceneError> {
     check(name.clone(), value, value.is_finite() && value > 0.0, "finite and greater than zero")?;
     check(name, value, value >= 1.0 / LARGEST, "at least 1e-60")
 }

@@ -2,6 +2,7 @@
 
 use super::rotation::rotation_matrix;
 use super::segment_chain::rotation_jacobian;
+use super::validate::{check, check_finite, check_positive};
 use super::{Axis, Scene, SceneError, Slot, Units, Vector};
 
 /// A wall that the tip may touch, as a user describes it; SI units, world frame.
@@ -186,39 +187,37 @@ impl Wall {
 
     /// Checks its numbers, in the order a user wrote them.
     pub(super) fn validate(&self, scene: &Scene) -> Result<(), SceneError> {
-        let check = |name: &str, value: f64, holds: bool, requirement: &'static str| match holds {
-            true => Ok(()),
-            false => Err(SceneError::OutOfRange { name: format!("wall.{name}"), value, requirement }),
-        };
-        let finite = |name: &str, v: Vector| {
-            let bad = v.into_iter().find(|x| !x.is_finite() || x.abs() > 1e60);
-            check(name, bad.unwrap_or(0.0), bad.is_none(), "finite and at most 1e60 in size")
-        };
         let direction = |name: &str, v: Vector| {
-            finite(name, v)?;
+            check_finite(name, v)?;
             let size = dot(v, v).sqrt();
-            check(name, size, size > 1e-60, "a direction: of any length but 0")
+            check(name.into(), size, size > 0.0, "a direction: of any length but 0")?;
+            check_positive(name.into(), size)
         };
-        finite("position", self.position)?;
-        finite("rotation", self.rotation)?;
-        check("tip_radius", self.tip_radius, (0.0..1e60).contains(&self.tip_radius), "finite and not negative")?;
+        let not_negative = |name: &str, value: f64| {
+            check(name.into(), value, value.is_finite() && value >= 0.0, "finite and not negative")
+        };
+        check_finite("wall.position", self.position)?;
+        check_finite("wall.rotation", self.rotation)?;
+        not_negative("wall.tip_radius", self.tip_radius)?;
         match self.shape {
-            WallShape::Plane { normal } => direction("normal", normal)?,
-            WallShape::Sphere { radius, side } => self.check_radius(check, radius, side)?,
+            WallShape::Plane { normal } => direction("wall.normal", normal)?,
+            WallShape::Sphere { radius, side } => self.check_radius(radius, side)?,
             WallShape::Cylinder { axis, radius, side } => {
-                direction("axis", axis)?;
-                self.check_radius(check, radius, side)?;
+                direction("wall.axis", axis)?;
+                self.check_radius(radius, side)?;
             }
         }
         if let Some(stiffness) = self.stiffness {
-            let is_possible = stiffness > 1e-60 && stiffness < 1e60;
-            check("stiffness", stiffness, is_possible, "finite and greater than zero; leave it out for a rigid wall")?;
+            let is_possible = stiffness.is_finite() && stiffness > 0.0;
+            let words = "finite and greater than zero; leave it out for a rigid wall";
+            check("wall.stiffness".into(), stiffness, is_possible, words)?;
+            check_positive("wall.stiffness".into(), stiffness)?;
         }
         if let Some(friction) = self.friction {
-            check("friction", friction, (0.0..1e60).contains(&friction), "finite and not negative")?;
+            not_negative("wall.friction", friction)?;
         }
         if let TipOnWall::Sticks(anchor) = self.tip {
-            finite("anchor", anchor)?;
+            check_finite("wall.anchor", anchor)?;
         }
         if scene.loads.tip_moment.is_some() {
             return Err(SceneError::WallWithTipMoment);
@@ -226,15 +225,11 @@ impl Wall {
         if scene.rigid_force_arm { Ok(()) } else { Err(SceneError::WallWithoutForceArm) }
     }
 
-    fn check_radius(
-        &self,
-        check: impl Fn(&str, f64, bool, &'static str) -> Result<(), SceneError>,
-        radius: f64,
-        side: Side,
-    ) -> Result<(), SceneError> {
-        check("radius", radius, radius > 1e-60 && radius < 1e60, "finite and greater than zero")?;
+    fn check_radius(&self, radius: f64, side: Side) -> Result<(), SceneError> {
+        check_positive("wall.radius".into(), radius)?;
         let fits = side == Side::Outside || radius > self.tip_radius;
-        check("radius", radius, fits, "greater than `wall.tip_radius`: the tip's ball does not fit inside")
+        let words = "greater than `wall.tip_radius`: the tip's ball does not fit inside";
+        check("wall.radius".into(), radius, fits, words)
     }
 }
 
