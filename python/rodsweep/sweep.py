@@ -314,11 +314,15 @@ class Sweep:
             Least stability margin that counts.
         designs : int
             At which points so many designs of the uncertain rod hold.
+        allow_distrusted : bool
+            As in :meth:`run`.
         engine, precision, threads, progress
             As in :func:`solve`; ``progress`` is called with a text for each stage.
         """
-        progress = options.pop("progress", None)
-        return ContactMap._of_sweep(self._native, _contact_options(self.scene, options), progress)
+        progress, allow = options.pop("progress", None), options.pop("allow_distrusted", False)
+        found = ContactMap._of_sweep(self._native, _contact_options(self.scene, options), progress)
+        judge(found, found.account["distrusted"], None, allow)
+        return found
 
     def sensitivity(self, outputs: str | Sequence[str] = (), **options: Any) -> Sensitivity:
         """Which input matters: runs the sweep with the derivatives that are needed, then studies its rows.

@@ -137,6 +137,7 @@ def test_contact_is_that_of_the_program(root: Path, program: Any, tmp_path: Path
     words = ("--voxel", "10mm", "--extent", "30mm", "--robust", "--designs", 2)
     theirs = json.loads(program("contact", file, *words, "--out", tmp_path, *CPU, "--json").stdout)
     found = rodsweep.Sweep.from_file(file).contact(voxel=10e-3, extent="30 mm", designs=2, engine="cpu")
+    assert found.account["check"]["checked"] > 0 and found.account["distrusted"] is None
     assert {**found.account, "seconds": 0.0} == {**theirs, "seconds": 0.0}
     assert len(found.points) == theirs["points"] and found.designs is not None and len(found.designs) == 2
     assert all(path.stat().st_size > 1000 for path in found.draw(tmp_path / "figures"))

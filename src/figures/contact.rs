@@ -40,7 +40,7 @@ pub fn draw_contact(found: &ContactMap, robust: Option<&RobustContact>, folder: 
         let ratio: &dyn Fn(&Answer) -> f64 = &|answer| answer.ratio.min(MOST_FRICTION);
         let panels = vec![panel(found, "least coefficient of friction", &number(found, most, ratio))];
         let sheet = sheet(found, vec![rows("coefficient of friction", "", panels)]);
-        write_both(&mut drawn, ("friction", &sheet), folder, None)?;
+        write_both(&mut drawn, ("friction", &sheet), folder, found.mark())?;
     } else {
         let largest = found.reached().map(|(_, answer)| answer.force).fold(0.0, f64::max);
         let (unit, factor) = [("N", 1.0), ("mN", 1e3), ("µN", 1e6)]
@@ -59,10 +59,10 @@ pub fn draw_contact(found: &ContactMap, robust: Option<&RobustContact>, folder: 
             groups.push(VoxelRows { range: Some([0.0, 1.0]), ..rows("share of designs", "", panels) });
         }
         let sheet = sheet(found, groups);
-        write_both(&mut drawn, ("force", &sheet), folder, None)?;
+        write_both(&mut drawn, ("force", &sheet), folder, found.mark())?;
     }
     let sheet = sheet(found, vec![rows("angle", "°", vec![panel(found, angle, &number(found, most, degrees))])]);
-    write_both(&mut drawn, ("angle", &sheet), folder, None)?;
+    write_both(&mut drawn, ("angle", &sheet), folder, found.mark())?;
     Ok(drawn)
 }
 

@@ -93,6 +93,7 @@ pub struct RunAccount {
     /// Where every equilibrium was asked for.
     pub branches: Option<BranchCounts>,
     /// Samples a second.
+    #[serde(deserialize_with = "number_or_null")]
     pub rate: f64,
     /// Time by stage.
     pub timings: RunTimings,

@@ -29,8 +29,9 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
     for store in &stores {
         record.check_same(store.as_ref(), &RunRecord::read(store.as_ref())?)?;
     }
+    let verdict = verdict_of(&stores)?;
     if record.format() == Format::None {
-        return merge_workspaces(dirs, &stores, out, record, spec);
+        return merge_workspaces(dirs, &stores, out, (record, spec), verdict);
     }
     let mut sources: BTreeMap<u64, (&dyn Store, PartInfo)> = BTreeMap::new();
     let mut damaged: Vec<(PathBuf, String)> = Vec::new();
@@ -68,17 +69,15 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
     let status = Results::open(out)?.status()?;
     check_whole(&status)?;
     let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
-    let verdict = verdict_of(&stores);
-    verdict_files::put_scenes(target.as_ref(), spec, verdict.as_ref())?;
-    Manifest { merged_from, verdict, ..account(record, spec, &status) }.write(target.as_ref())?;
+    verdict_files::put_scenes(target.as_ref(), spec, Some(&verdict))?;
+    Manifest { merged_from, verdict: Some(verdict), ..account(record, spec, &status) }.write(target.as_ref())?;
     Ok(status)
 }
 
-/// What is to be thought of the rows of all shards; one whose manifest is lost or damaged says nothing.
-fn verdict_of(stores: &[Arc<dyn Store>]) -> Option<Verdict> {
-    let known: Vec<Verdict> =
-        stores.iter().filter_map(|store| verdict_files::find(store.as_ref()).ok().flatten()).collect();
-    Some(Verdict::sum(&known))
+/// The verdicts of all shards put together. A shard without a manifest adds nothing, so that its samples are not covered.
+fn verdict_of(stores: &[Arc<dyn Store>]) -> Result<Verdict, ResultsError> {
+    let found = stores.iter().map(|store| verdict_files::find(store.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    Ok(Verdict::sum(found.iter().flatten()))
 }
 
 /// Refuses what is not whole.
@@ -163,8 +162,8 @@ fn merge_workspaces(
     dirs: &[PathBuf],
     stores: &[Arc<dyn Store>],
     out: &Path,
-    record: &RunRecord,
-    spec: &SweepSpec,
+    (record, spec): (&RunRecord, &SweepSpec),
+    verdict: Verdict,
 ) -> Result<DirectoryStatus, ResultsError> {
     let mut seen: BTreeMap<u64, PathBuf> = BTreeMap::new();
     let mut total = None;
@@ -205,8 +204,7 @@ fn merge_workspaces(
     }
     let target = store_at(out)?;
     directory::open(target.as_ref(), record, spec, true)?;
-    let verdict = verdict_of(stores);
-    let words = verdict.as_ref().and_then(Verdict::headline).unwrap_or_else(|| "sound".into());
+    let words = verdict.headline().unwrap_or_else(|| "sound".into());
     let metadata = FileMetadata { verdict: words, ..directory::metadata(spec, record) };
     let mut rows: Vec<(usize, u64)> = voxels.into_values().collect();
     rows.sort_unstable();
@@ -221,7 +219,7 @@ fn merge_workspaces(
     let status = DirectoryStatus { engines, ..Results::open(out)?.status()? };
     check_whole(&status)?;
     let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();
-    verdict_files::put_scenes(target.as_ref(), spec, verdict.as_ref())?;
-    Manifest { merged_from, verdict, ..account(record, spec, &status) }.write(target.as_ref())?;
+    verdict_files::put_scenes(target.as_ref(), spec, Some(&verdict))?;
+    Manifest { merged_from, verdict: Some(verdict), ..account(record, spec, &status) }.write(target.as_ref())?;
     Ok(status)
 }

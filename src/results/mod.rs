@@ -34,7 +34,7 @@ pub use merge::merge;
 pub use outcome::{
     AnchorAccount, BranchCounts, ErrorDistribution, PathCheck, PilotChoice, SampleOrigin, SpotCheck, Timings,
 };
-pub use parts::{make_directory, write_bytes, write_table};
+pub use parts::{make_directory, read_mark, verdict_metadata, write_bytes, write_table};
 pub use read::{DirectoryStatus, Results, read_parquet_table};
 pub use reduce::{MAX_TIPS, Reduction};
 pub use store::{Entry, Store, is_place, is_url, store_at};

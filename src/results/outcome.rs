@@ -56,7 +56,7 @@ pub struct SpotCheck {
     #[serde(default)]
     pub only_run_sample: Option<u64>,
     /// Its swept parameters by name, SI.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "values_or_null")]
     pub only_run_values: Vec<(String, f64)>,
     /// Solved by the trusted backend, not by the run.
     pub only_trusted: u64,
@@ -75,6 +75,7 @@ pub struct SpotCheck {
     /// Sample with the largest position or rotation error.
     pub worst_sample: Option<u64>,
     /// Its swept parameters by name, SI.
+    #[serde(deserialize_with = "values_or_null")]
     pub worst_values: Vec<(String, f64)>,
     /// Parameter of the worst derivative column.
     pub worst_derivative: Option<String>,
@@ -100,7 +101,7 @@ pub struct PathCheck {
     #[serde(default)]
     pub sample: Option<u64>,
     /// Its swept parameters by name, SI.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "values_or_null")]
     pub values: Vec<(String, f64)>,
 }
 
@@ -118,6 +119,7 @@ pub struct AnchorAccount {
     /// Points of each axis.
     pub points: Vec<usize>,
     /// Share of the cells between them from which samples may start; in the others they start from rest.
+    #[serde(deserialize_with = "number_or_null")]
     pub usable_share: f64,
 }
 
@@ -150,7 +152,7 @@ pub struct PilotChoice {
     #[serde(default)]
     pub stages: usize,
     /// The same with the share of second attempts that the pilot expects.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "number_or_null")]
     pub work: f64,
     /// Largest error, against grids that are refined until they agree: tip position over length, or tip rotation (rad).
     #[serde(deserialize_with = "number_or_null")]
@@ -165,7 +167,7 @@ pub struct PilotChoice {
     #[serde(default)]
     pub derivative_tolerance: f64,
     /// Error of an answer over its difference to the grid of the derivatives, with a reserve: what error estimates use.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "number_or_null")]
     pub error_share: f64,
     /// What error estimates of derivatives are made of, with a reserve.
     #[serde(default, with = "ScaleNumbers")]
@@ -175,6 +177,7 @@ pub struct PilotChoice {
     /// Samples that converged at both resolutions.
     pub compared: usize,
     /// Steps and error of every resolution tried.
+    #[serde(deserialize_with = "values_or_null")]
     pub tried: Vec<(usize, f64)>,
 }
 
@@ -253,4 +256,14 @@ impl<'de> Deserialize<'de> for SampleOrigin {
 /// JSON has no NaN; where a number is none, it has null.
 pub(crate) fn number_or_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+/// Numbers beside their names or steps, of which some may be none.
+pub(crate) fn values_or_null<'de, D, K>(deserializer: D) -> Result<Vec<(K, f64)>, D::Error>
+where
+    D: Deserializer<'de>,
+    K: Deserialize<'de>,
+{
+    let values = Vec::<(K, Option<f64>)>::deserialize(deserializer)?;
+    Ok(values.into_iter().map(|(name, value)| (name, value.unwrap_or(f64::NAN))).collect())
 }

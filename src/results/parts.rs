@@ -11,7 +11,7 @@ use super::store::{Entry, Store, store_at, store_of};
 use crate::model::Status;
 use crate::spec::{Format, Shard, SolutionMethod};
 use crate::table::parquet::Encoder;
-use crate::table::{self, Table, TableError};
+use crate::table::{self, Column, Table, TableError};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -173,7 +173,7 @@ fn encode_parquet(
             ("rodsweep.sweep", metadata.sweep.clone()),
             ("rodsweep.seed", metadata.seed.to_string()),
             ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("rodsweep.verdict", metadata.verdict.clone()),
+            (VERDICT_KEY, metadata.verdict.clone()),
             (PART_KEY, serde_json::to_string(info).unwrap_or_default()),
         ];
         pairs.map(|(key, value)| (key.to_owned(), value)).into()
@@ -341,8 +341,28 @@ pub(crate) fn check_run_table(store: &dyn Store, name: &str, run_id: &str) -> Re
     Ok(Some(info))
 }
 
+/// Key of the verdict in the metadata of a Parquet file.
+const VERDICT_KEY: &str = "rodsweep.verdict";
+
+/// Metadata that say what speaks against a table; `None`: nothing that is known.
+pub fn verdict_metadata(mark: Option<&str>) -> (&'static str, String) {
+    (VERDICT_KEY, mark.unwrap_or("sound").to_owned())
+}
+
+/// What the metadata of a study's Parquet file say against it; `None`: nothing, or there is no such file.
+///
+/// # Errors
+///
+/// A file that cannot be read.
+pub fn read_mark(path: &Path) -> Result<Option<String>, ResultsError> {
+    let (store, name) = store_of(path)?;
+    let Some(bytes) = store.get(&name)? else { return Ok(None) };
+    let footer = table::parquet::footer(&bytes).map_err(ResultsError::table(path))?;
+    Ok(footer.get(VERDICT_KEY).filter(|verdict| verdict.starts_with("DISTRUSTED")).map(str::to_owned))
+}
+
 /// Writes a table, replacing what is there: Parquet if the name ends in `.parquet`, else CSV, which has no place for
-/// units and metadata.
+/// units and metadata. Where the metadata have a verdict that is not sound, every row of CSV has it in a column `distrusted`.
 ///
 /// # Errors
 ///
@@ -352,7 +372,15 @@ pub fn write_table(path: &Path, table: &Table, metadata: &[(&str, String)]) -> R
     let bytes = if is_parquet {
         table::parquet::encode(table, metadata).map_err(ResultsError::table(path))?
     } else {
-        table::csv::encode(table)
+        let mark = metadata.iter().find(|(key, value)| *key == VERDICT_KEY && value != "sound");
+        match mark {
+            Some((_, mark)) => {
+                let mut marked = table.clone();
+                marked.columns.push(Column::new("distrusted", "", vec![mark.clone(); table.row_count()]));
+                table::csv::encode(&marked)
+            }
+            None => table::csv::encode(table),
+        }
     };
     write_bytes(path, &bytes)
 }

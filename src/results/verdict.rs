@@ -3,7 +3,7 @@
 //! A verdict is made while rows are solved ([`sweep`](crate::sweep)) and stands until they are solved again. Verdicts of
 //! shards and workers add up.
 
-use super::outcome::{SpotCheck, number_or_null};
+use super::outcome::{SpotCheck, number_or_null, values_or_null};
 use crate::model::Status;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -100,6 +100,7 @@ pub struct Doubt {
     /// The worst sample.
     pub worst: Option<u64>,
     /// Swept parameters of the worst sample by name, SI.
+    #[serde(deserialize_with = "values_or_null")]
     pub worst_values: Vec<(String, f64)>,
     /// Indices of these samples, where the check found them.
     #[serde(default)]

@@ -71,8 +71,11 @@ pub(crate) fn clear(store: &dyn Store) -> Result<(), ResultsError> {
 pub(crate) fn put_scenes(store: &dyn Store, spec: &SweepSpec, verdict: Option<&Verdict>) -> Result<(), ResultsError> {
     for doubt in verdict.iter().flat_map(|verdict| &verdict.doubts) {
         // An edited manifest may name a sample that does not exist.
-        if let Some(sample) = doubt.worst.filter(|sample| *sample < spec.sample_count) {
-            store.put(&doubt.scene_file(), write_scene(&spec.sample_scene(sample)).as_bytes())?;
+        let Some(sample) = doubt.worst.filter(|sample| *sample < spec.sample_count) else { continue };
+        let scene = spec.sample_scene(sample);
+        // Values of which no rod can be made are a scene that `solve` refuses.
+        if scene.validate().is_ok() {
+            store.put(&doubt.scene_file(), write_scene(&scene).as_bytes())?;
         }
     }
     Ok(())
@@ -99,5 +102,21 @@ impl Results {
         let certain = run.and_then(|run| run.path_check).is_some_and(|check| check.all);
         let solved = Solved { method: self.method(), certain, place: Some(self.directory()) };
         Ok(Some(verdict.explain(&solved)))
+    }
+    /// A sentence where no verdict covers some of the rows: their run has left no manifest, and nobody has checked them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Results::verdict`], or a directory that cannot be listed.
+    pub fn unchecked(&self) -> Result<Option<String>, ResultsError> {
+        let (_, rows) = self.progress()?;
+        let covered = self.verdict()?.map_or(0, |verdict| verdict.samples);
+        Ok((covered < rows).then(|| {
+            format!(
+                "{} of {rows} samples were not checked: their run has not ended, or was cut short, and left no manifest.json; \
+                 `run --resume` ends and checks it",
+                rows - covered
+            )
+        }))
     }
 }

@@ -4,6 +4,7 @@ use super::directory::WORST_FILE;
 use super::store::is_url;
 use super::verdict::{Doubt, DoubtKind, InputRange, Verdict};
 use crate::backend::{BackendKind, Precision};
+use crate::model::Status;
 use crate::spec::SolutionMethod;
 use std::path::{Path, PathBuf};
 
@@ -101,9 +102,36 @@ impl Doubt {
                     .extend((!is_reference).then(|| "a small sweep of these inputs by `--backend reference`".into()));
                 remedies.push("the share that may fail (`[solver] allow_failures`)".into());
             }
-            DoubtKind::NothingUsable => remedies.push("smaller loads, or another scene".into()),
+            DoubtKind::NothingUsable if self.is_of_bad_parameters() => {
+                remedies.push("other ranges of these inputs: with these values there is no rod".into());
+            }
+            DoubtKind::NothingUsable => {
+                remedies.push("smaller loads, other ranges of these inputs, or another scene".into())
+            }
         }
         remedies
+    }
+
+    /// Whether none of its samples is a rod.
+    fn is_of_bad_parameters(&self) -> bool {
+        self.statuses.keys().all(|status| status == Status::BadParameter.name())
+    }
+
+    /// Lines with statuses, ranges of inputs, and the worst sample.
+    pub fn details(&self) -> String {
+        let mut text = String::new();
+        let statuses: Vec<String> = self.statuses.iter().map(|(name, count)| format!("{count} {name}")).collect();
+        if !statuses.is_empty() {
+            text += &format!("  status: {}\n", statuses.join(", "));
+        }
+        if !self.inputs.is_empty() {
+            text += &format!("  inputs: {}\n", self.ranges());
+        }
+        if let Some(sample) = self.worst {
+            let values = self.worst_values.iter().map(|(name, value)| format!("{name} = {value}"));
+            text += &format!("  worst: sample {sample}: {}\n", values.collect::<Vec<_>>().join(", "));
+        }
+        text
     }
 
     /// The scene of the worst sample of this doubt. Older versions wrote one for the whole run; `None` where there is none.
@@ -134,21 +162,13 @@ impl Verdict {
         let mut text = String::new();
         for doubt in &self.doubts {
             text += &format!("do not trust these rows: {}\n", doubt.headline());
-            let statuses: Vec<String> = doubt.statuses.iter().map(|(name, count)| format!("{count} {name}")).collect();
-            if !statuses.is_empty() {
-                text += &format!("  status: {}\n", statuses.join(", "));
-            }
-            if !doubt.inputs.is_empty() {
-                text += &format!("  inputs: {}\n", doubt.ranges());
-            }
-            if let Some(sample) = doubt.worst {
-                let values = doubt.worst_values.iter().map(|(name, value)| format!("{name} = {value}"));
-                text += &format!("  worst: sample {sample}: {}\n", values.collect::<Vec<_>>().join(", "));
-            }
+            text += &doubt.details();
             text += &format!("  what helps, in a new directory: {}\n", doubt.remedies(solved).join("; or "));
             if let Some(scene) = solved.place.filter(|_| doubt.worst.is_some()).and_then(|place| doubt.scene(place)) {
                 let scene = crate::text::shell_word(&scene.to_string_lossy());
-                text += &format!("  see one: rodsweep solve {scene}, and again with --backend reference\n");
+                let is_reference = solved.method.is_some_and(|method| method.engine == BackendKind::Reference);
+                let again = if is_reference { "" } else { ", and again with --backend reference" };
+                text += &format!("  see one: rodsweep solve {scene}{again}\n");
             }
         }
         text

@@ -1,7 +1,7 @@
 //! PLY, binary and little endian: triangles with the columns of a table as properties of their points.
 //!
 //! Numbers are `float`, counts `double`, flags `char`: 1, 0, or -1 where it is unknown. Words are `short`: places in a
-//! list that stands in comments of the header, as do units.
+//! list that stands in comments of the header, as do units and what speaks against the surface.
 
 use super::triangles::codes;
 use super::{TableError, Triangles, Values};
@@ -23,6 +23,9 @@ struct Property {
 pub fn encode(surface: &Triangles) -> Result<Vec<u8>, TableError> {
     surface.check("PLY")?;
     let mut header = String::from("ply\nformat binary_little_endian 1.0\ncomment lengths in m\n");
+    if let Some(mark) = surface.mark {
+        let _ = writeln!(header, "comment {}", mark.replace(['\n', '\r'], " "));
+    }
     let mut properties = Vec::new();
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         properties.push(floats(name, surface.points.iter().map(|point| point[axis])));

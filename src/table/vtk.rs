@@ -2,7 +2,8 @@
 //!
 //! XML with appended raw data, compressed by blocks with zlib. Counts are `UInt64`, numbers `Float64` or `Float32` with
 //! NaN for none, flags `Int8`: 1, 0, or -1 where it is unknown. Words are `Int16`: places in the list `NAME.words` among
-//! the file's field data, -1 for none. Units are the arrays' `UNITS_LABEL`.
+//! the file's field data, -1 for none. Units are the arrays' `UNITS_LABEL`. What speaks against the data is a comment, and
+//! the word `distrusted` among the field data.
 
 use super::triangles::codes;
 use super::{Column, Lattice, Table, TableError, Triangles, Values};
@@ -27,7 +28,7 @@ const IMAGE: &str = "VTI";
 pub fn poly_data(surface: &Triangles) -> Result<Vec<u8>, TableError> {
     surface.check("VTP")?;
     let columns: Vec<Encoded> = surface.data.columns.iter().map(Encoded::new).collect();
-    let mut file = File::open("PolyData", "", &columns);
+    let mut file = File::open("PolyData", "", &columns, surface.mark);
     let (points, triangles) = (surface.points.len(), surface.triangles.len());
     file.line(&format!(
         "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" \
@@ -56,12 +57,12 @@ pub fn poly_data(surface: &Triangles) -> Result<Vec<u8>, TableError> {
 }
 
 /// A `.vti` file: every voxel of the box around the rows of a table as a cell, with the table's columns. Cells without a
-/// row have no number, and count nothing. Of several rows of one voxel the first counts.
+/// row have no number, and count nothing. Of several rows of one voxel the first counts. `mark` says what speaks against them.
 ///
 /// # Errors
 ///
 /// A table without voxels, or a box of more than [`MOST_CELLS`] of them.
-pub fn image_data(lattice: &Lattice, table: &Table) -> Result<Vec<u8>, TableError> {
+pub fn image_data(lattice: &Lattice, table: &Table, mark: Option<&str>) -> Result<Vec<u8>, TableError> {
     let unwritable = |reason: String| TableError::Unwritable { format: IMAGE, reason };
     let voxels =
         lattice.voxels(table).ok_or_else(|| unwritable("it has no columns voxel.x, voxel.y, voxel.z".into()))?;
@@ -91,7 +92,7 @@ pub fn image_data(lattice: &Lattice, table: &Table) -> Result<Vec<u8>, TableErro
     let spacing = lattice.spacing;
     let about =
         format!(" WholeExtent=\"{extent}\" Origin=\"{corner}\" Spacing=\"{spacing:?} {spacing:?} {spacing:?}\"");
-    let mut file = File::open("ImageData", &about, &columns);
+    let mut file = File::open("ImageData", &about, &columns, mark);
     file.line(&format!("<Piece Extent=\"{extent}\">\n<CellData>"));
     for (column, data) in columns.iter().zip(&data) {
         file.array(column.name, column.kind, 1, column.unit, data);
@@ -212,20 +213,29 @@ struct File {
 
 impl File {
     /// The beginning, down to the words for which numbers stand.
-    fn open(kind: &str, about: &str, columns: &[Encoded]) -> Self {
+    fn open(kind: &str, about: &str, columns: &[Encoded], mark: Option<&str>) -> Self {
         let mut file = Self { xml: "<?xml version=\"1.0\"?>\n".into(), appended: Vec::new() };
+        if let Some(mark) = mark {
+            // Two hyphens would end the comment.
+            file.line(&format!("<!-- {} -->", xml(&mark.replace("--", "- -"))));
+        }
         file.line(&format!(
             "<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
              compressor=\"vtkZLibDataCompressor\">\n<{kind}{about}>"
         ));
-        if columns.iter().any(|column| !column.words.is_empty()) {
+        let of_columns = columns.iter().filter(|column| !column.words.is_empty());
+        let lists: Vec<(String, &[&str])> = of_columns
+            .map(|column| (format!("{}.words", column.name), column.words.as_slice()))
+            .chain(mark.as_ref().map(|mark| ("distrusted".to_owned(), std::slice::from_ref(mark))))
+            .collect();
+        if !lists.is_empty() {
             file.line("<FieldData>");
-            for column in columns.iter().filter(|column| !column.words.is_empty()) {
-                let (name, count) = (xml(column.name), column.words.len());
-                let letters = column.words.iter().flat_map(|word| word.bytes().chain([0]));
+            for (name, words) in lists {
+                let (name, count) = (xml(&name), words.len());
+                let letters = words.iter().flat_map(|word| word.bytes().chain([0]));
                 let letters: Vec<String> = letters.map(|letter| letter.to_string()).collect();
                 file.line(&format!(
-                    "<Array type=\"String\" Name=\"{name}.words\" NumberOfTuples=\"{count}\" format=\"ascii\">\n{}\n</Array>",
+                    "<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">\n{}\n</Array>",
                     letters.join(" ")
                 ));
             }

@@ -44,6 +44,8 @@ fn a_map_is_written_and_told() {
     assert!(first.starts_with("the tip can press on ") && first.contains("N at"), "{}", told.stdout);
     let account = json(&fs::read_to_string(sandbox.path("out/contact.json")).unwrap());
     assert!(account["points"].as_u64().unwrap() > 20);
+    assert!(account["check"]["checked"].as_u64().unwrap() > 0 && account["distrusted"].is_null());
+    assert!(told.stdout.contains("equilibria were checked against the reference"), "{}", told.stdout);
     assert!(account["area"].as_f64().unwrap() > 0.0 && account["best"]["force"].as_f64().unwrap() > 0.0);
     let table = read_parquet_table(&sandbox.path("out/contact.parquet")).unwrap();
     for name in [

@@ -127,6 +127,26 @@ fn queries_designs_and_comparisons_are_answered() {
 }
 
 #[test]
+fn where_nothing_is_reached_it_is_said_in_plain_words() {
+    let sandbox = Sandbox::new();
+    sandbox.write("body.toml", &sweep(&BODY, ""));
+    let command = ["workspace", "body.toml", "--voxel", "150mm", "--no-figures", "--reach", "10 mm,-40 mm,70 mm"];
+    let told = sandbox.run(&[&command[..], &["--out", "out"]].concat());
+    assert_eq!(told.code, 3, "{}", told.stderr);
+    let first = told.stdout.lines().next().unwrap_or_default();
+    assert!(first.contains("no voxel's centre is reached, so there is no size, margin or pose to tell"), "{first}");
+    assert!(told.stdout.contains("with nothing to compare it with"), "{}", told.stdout);
+    for word in ["NaN", "inf ", "-0.00", "agrees", "margin: ", "pose: ", "volume = ", "area = "] {
+        assert!(!told.stdout.contains(word), "{word}: {}", told.stdout);
+    }
+    let found = account(&sandbox, "out");
+    assert_eq!((&found["check"]["agrees"], &found["multiplicity"]), (&Value::from(false), &Value::Null));
+    assert_eq!(found["share_with_margin"], Value::Array(Vec::new()));
+    let quiet = sandbox.run(&[&command[..], &["--out", "quiet", "--quiet"]].concat());
+    assert_eq!(quiet.stdout.trim_end(), first);
+}
+
+#[test]
 fn mistakes_are_named_and_nothing_is_written() {
     let sandbox = Sandbox::new();
     sandbox.write("body.toml", &sweep(&BODY, ""));

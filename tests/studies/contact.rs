@@ -1,13 +1,20 @@
 //! Which force the tip can press where: closed forms, brute force, and answers that hold as they stand.
 
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::figures::draw_contact;
 use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Solutions, TipOnWall, Vector, WallParameter, WallShape,
 };
+use rodsweep::results::read_mark;
 use rodsweep::spec::SweepSpec;
-use rodsweep::study::contact::{Answer, Cause, ContactError, ContactJob, ContactMap};
+use rodsweep::study::contact::{
+    Answer, Cause, ContactDesign, ContactError, ContactJob, ContactMap, ContactStage, RobustContact,
+};
 use rodsweep::study::workspace::draw_designs;
+use std::cell::Cell;
+use std::fs;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 const SAMPLING: &str = "[sampling]\nmethod = \"sobol\"\nsamples = 16\n";
 
@@ -284,4 +291,53 @@ fn causes_are_told_and_mistakes_refused() {
     assert!(refused(ContactJob::of_sweep(&spec).spacing(1e-6)).contains("take"));
     let job = ContactJob::of_sweep(&p6("")).run();
     assert!(matches!(job, Err(ContactError::NoFriction { .. })));
+}
+
+#[test]
+fn a_raised_flag_ends_a_job_at_once() {
+    let spec = wire(0.1);
+    let (flag, told) = (AtomicBool::new(true), Cell::new(0));
+    let count = |_: ContactStage| told.set(told.get() + 1);
+    let job = ContactJob::of_sweep(&spec).extent(Some(2e-3)).interrupt(&flag).progress(Some(&count));
+    assert!(matches!(job.run(), Err(ContactError::Interrupted)));
+    assert_eq!(told.get(), 0, "not even the first batch is solved");
+    // Raised on the way: no batch follows.
+    flag.store(false, Ordering::Relaxed);
+    let raise = |_: ContactStage| {
+        told.set(told.get() + 1);
+        flag.store(told.get() >= 3, Ordering::Relaxed);
+    };
+    let job = job.progress(Some(&raise));
+    assert!(matches!(job.run(), Err(ContactError::Interrupted)));
+    assert_eq!(told.get(), 3);
+}
+
+#[test]
+fn answers_are_checked_against_the_reference() {
+    let spec = wire(0.1);
+    let mut map = ContactJob::of_sweep(&spec).extent(Some(2e-3)).run().expect("a map");
+    let answers = map.points.iter().flat_map(|point| [point.most, point.least]).flatten().count();
+    assert!(map.check.of > map.reached().count() && map.check.of <= answers, "{:?}", map.check);
+    assert_eq!((map.check.checked, map.check.wrong), (map.check.of.min(64), 0), "{:?}", map.check);
+    assert!(map.check.farthest_force.is_some_and(|most| most < 1e-6), "{:?}", map.check);
+    let account = map.account(None);
+    assert!(account.text().contains("equilibria were checked against the reference"), "{}", account.text());
+    assert!(account.distrusted.is_none() && account.json().contains("\"farthest_force\""));
+    // What speaks against answers stands in words and in every file.
+    map.check.mark = Some("DISTRUSTED: 1 of 64 equilibria".into());
+    let designs = vec![ContactDesign { values: vec![1.0], area: 0.0 }];
+    let robust = RobustContact { names: vec!["factor".into()], designs, counts: vec![1; map.points.len()], solves: 0 };
+    let account = map.account(Some(&robust));
+    assert!(account.headline().starts_with("DISTRUSTED: 1 of 64 equilibria; the tip can press on "));
+    assert!(account.text().starts_with("DISTRUSTED: 1 of 64 equilibria\nthe tip can press on "), "{}", account.text());
+    assert!(account.text().contains("; not checked against the reference"), "{}", account.text());
+    let folder = tempfile::tempdir().expect("a folder");
+    map.write(folder.path(), &account, Some(&robust)).expect("files");
+    assert!(draw_contact(&map, Some(&robust), folder.path()).expect("figures").len() > 3);
+    let mark = read_mark(&folder.path().join("contact.parquet")).expect("a file");
+    assert_eq!(mark.as_deref(), Some("DISTRUSTED: 1 of 64 equilibria"));
+    for name in ["contact.json", "robust_designs.csv", "force.svg", "angle.svg"] {
+        let text = fs::read_to_string(folder.path().join(name)).expect("a file");
+        assert!(text.contains("DISTRUSTED: 1 of 64"), "{name}");
+    }
 }

@@ -1,7 +1,7 @@
 //! `rodsweep contact`: which force the tip can press where.
 
 use super::engine_args::EngineArguments;
-use super::{CommandError, Exit, print, say, signals};
+use super::{CommandError, Exit, print, say, signals, verdict};
 use clap::Args;
 use rodsweep::figures::draw_contact;
 use rodsweep::input::{Dimension, parse_quantity};
@@ -38,6 +38,9 @@ pub struct ContactArguments {
     pub designs: usize,
     #[command(flatten)]
     pub engine: EngineArguments,
+    /// Exit with 0 although the reference contradicts answers; what comes of them says so
+    #[arg(long)]
+    pub accept_distrusted: bool,
     /// Draw nothing
     #[arg(long)]
     pub no_figures: bool,
@@ -104,19 +107,18 @@ pub fn contact(arguments: &ContactArguments) -> Result<Exit, CommandError> {
     if arguments.json {
         print(&account.json())?;
     }
-    if arguments.quiet {
-        if !arguments.json {
-            print(&(account.headline() + "\n"))?;
+    if arguments.quiet && !arguments.json {
+        print(&(account.headline() + "\n"))?;
+    }
+    if !arguments.quiet {
+        found.notes.iter().for_each(|note| say(&format!("note: {note}")));
+        match arguments.json {
+            true => say(&account.text()),
+            false => print(&(account.text() + "\n"))?,
         }
-        return Ok(Exit::Done);
+        files.iter().for_each(|path| say(&format!("file: {}", path.display())));
     }
-    found.notes.iter().for_each(|note| say(&format!("note: {note}")));
-    match arguments.json {
-        true => say(&account.text()),
-        false => print(&(account.text() + "\n"))?,
-    }
-    files.iter().for_each(|path| say(&format!("file: {}", path.display())));
-    Ok(Exit::Done)
+    Ok(verdict::of_study(found.mark(), arguments.accept_distrusted))
 }
 
 /// Message for an error of a map of contacts, with the flag that helps.

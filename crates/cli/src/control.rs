@@ -43,11 +43,8 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     }
     let trusted = verdict::of_study(run.mark(), arguments.accept_distrusted);
     let missed = run.missed_count() as u64;
-    Ok(match arguments.max_failures {
-        Some(most) if missed > most => {
-            say(&format!("error: {missed} targets are not reached; --max-failures allows {most}"));
-            Exit::TooManyFailures
-        }
-        _ => trusted,
-    })
+    let Some(most) = arguments.max_failures.filter(|most| missed > *most) else { return Ok(trusted) };
+    say(&format!("error: {missed} targets are not reached; --max-failures allows {most}"));
+    // What is not to be trusted is no question of how many.
+    Ok(if matches!(trusted, Exit::Done) { Exit::TooManyFailures } else { trusted })
 }

@@ -2,7 +2,7 @@
 
 use super::{CommandError, Exit, say};
 use rodsweep::report::count;
-use rodsweep::results::{DoubtKind, Results, Solved};
+use rodsweep::results::{Doubt, DoubtKind, Results, Solved};
 use rodsweep::spec::SolutionMethod;
 use rodsweep::sweep::Summary;
 use std::path::Path;
@@ -17,11 +17,23 @@ fn tell(text: &str, is_accepted: bool) {
     say(&format!("{what}: {}{more}", text.trim_end()));
 }
 
-/// Prints doubts about the rows of a directory; returns the exit code where the command must stop.
+/// Prints doubts about the rows of a directory, and whether some were not checked; returns the exit code where the command
+/// must stop.
 pub fn of_results(results: &Results, is_accepted: bool) -> Result<Option<Exit>, CommandError> {
-    let Some(text) = results.distrust()? else { return Ok(None) };
-    tell(&text, is_accepted);
-    Ok((!is_accepted).then_some(Exit::Distrusted))
+    let distrust = results.distrust()?;
+    if let Some(text) = &distrust {
+        tell(text, is_accepted);
+    }
+    if let Some(unchecked) = results.unchecked()? {
+        say(&format!("note: {unchecked}"));
+    }
+    Ok(distrust.filter(|_| !is_accepted).map(|_| Exit::Distrusted))
+}
+
+/// Prints the doubt about what a study is to be compared with; returns the exit code where the command must stop.
+pub fn of_other(place: &Path, mark: Option<&str>, is_accepted: bool) -> Option<Exit> {
+    tell(&format!("{}: {}", place.display(), mark?), is_accepted);
+    (!is_accepted).then_some(Exit::Distrusted)
 }
 
 /// Prints the doubt about the results of a study, which are written and marked; returns the exit code.
@@ -58,7 +70,9 @@ pub fn of_run(
     let of_failures = |kind| matches!(kind, DoubtKind::TooManyFailures | DoubtKind::NothingUsable);
     let is_all = summary.verdict.doubts.iter().all(|doubt| of_failures(doubt.kind));
     if let Some(most) = beyond.filter(|_| is_all) {
-        say(&format!("error: {} samples failed; --max-failures allows {most}", count(failed)));
+        let details = summary.verdict.failures.as_ref().map(Doubt::details).unwrap_or_default();
+        let told = format!("error: {} samples failed; --max-failures allows {most}\n{details}", count(failed));
+        say(told.trim_end());
         return Exit::TooManyFailures;
     }
     if summary.verdict.sound {

@@ -8,7 +8,7 @@ use rodsweep::input::{Dimension, parse_quantity, read_trajectory};
 use rodsweep::results::{Results, is_place};
 use rodsweep::spec::{SweepSpec, Target};
 use rodsweep::study::workspace::{
-    Preference, Variation, Workspace, WorkspaceError, WorkspaceExtras, WorkspaceJob, WorkspaceStage,
+    Preference, Variation, Workspace, WorkspaceError, WorkspaceExtras, WorkspaceJob, WorkspaceStage, workspace_mark,
 };
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -109,6 +109,11 @@ pub fn workspace(arguments: &WorkspaceArguments) -> Result<Exit, CommandError> {
     };
     if let Some(results) = &results
         && let Some(exit) = verdict::of_results(results, arguments.accept_distrusted)?
+    {
+        return Ok(exit);
+    }
+    if let Some(dir) = &arguments.compare
+        && let Some(exit) = verdict::of_other(dir, workspace_mark(dir)?.as_deref(), arguments.accept_distrusted)
     {
         return Ok(exit);
     }

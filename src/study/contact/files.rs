@@ -2,7 +2,7 @@
 
 use super::map::{ContactAccount, ContactMap};
 use super::robust::RobustContact;
-use crate::results::{ResultsError, make_directory, write_bytes, write_table};
+use crate::results::{ResultsError, make_directory, verdict_metadata, write_bytes, write_table};
 use std::path::{Path, PathBuf};
 
 /// One row a point.
@@ -30,6 +30,7 @@ impl ContactMap {
             ("rodsweep.scene", self.scene.name.clone()),
             ("rodsweep.engine", self.engine.clone()),
             ("rodsweep.voxel", format!("{:e}", self.lattice.spacing)),
+            verdict_metadata(self.mark()),
         ];
         let (table, json) = (dir.join(TABLE_FILE), dir.join(ACCOUNT_FILE));
         write_table(&table, &self.table(robust), &metadata)?;

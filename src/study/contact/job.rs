@@ -10,9 +10,10 @@ use crate::engines::EngineRequest;
 use crate::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, Status, Vector};
 use crate::report::count;
 use crate::spec::SweepSpec;
+use crate::study::witness::{CheckError, Press, WitnessCheck, is_raised};
 use crate::study::workspace::{Inputs, MOST_INPUTS, WorkspaceInput, base_scene, draw_designs, workspace_inputs};
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Points of one map, at most: searches keep some 30 kB for each.
@@ -181,7 +182,7 @@ impl<'a> ContactJob<'a> {
         ContactJob { force, ..self }
     }
 
-    /// A flag that ends the job between batches.
+    /// A flag that ends the job, within a batch as well.
     pub fn interrupt(self, flag: &'a AtomicBool) -> Self {
         ContactJob { interrupt: Some(flag), ..self }
     }
@@ -218,7 +219,7 @@ impl<'a> ContactJob<'a> {
         if lattice.is_empty() {
             return Err(ContactError::OutOfReach { reach: region.reach });
         }
-        let mut rod = HeldRod::new(&scene, &inputs, (&engine, self.spec.tolerance, self.spec.steps))?;
+        let mut rod = HeldRod::new(&scene, &inputs, (&engine, self.spec.tolerance, self.spec.steps), self.interrupt)?;
         let rules = Rules {
             aim: self.force.map_or(Aim::Most, Aim::Ratio),
             count: inputs.len(),
@@ -232,8 +233,10 @@ impl<'a> ContactJob<'a> {
         let mut work = Work { job: self, lattice: &lattice, rod: &mut rod, rules, places: Vec::new(), design: None };
         work.places.resize_with(lattice.len(), Place::default);
         work.run()?;
-        let points = work.places.iter().map(|place| result(place, &rules)).collect();
+        let points: Vec<PointResult> = work.places.iter().map(|place| result(place, &rules)).collect();
+        let check = self.check(&mut rod, &lattice, &points)?;
         Ok(ContactMap {
+            check,
             points,
             extent: self.extent,
             minimum_margin: self.minimum_margin,
@@ -264,7 +267,8 @@ impl<'a> ContactJob<'a> {
         let names = self.spec.uncertain.iter().map(|axis| axis.name(&map.scene)).collect();
         let mut robust = RobustContact { names, designs: Vec::new(), counts: vec![0; map.points.len()], solves: 0 };
         for (number, (values, scene)) in drawn.into_iter().enumerate() {
-            let mut rod = HeldRod::new(&scene, &map.inputs, (&engine, self.spec.tolerance, Some(map.method.steps)))?;
+            let method = (&engine, self.spec.tolerance, Some(map.method.steps));
+            let mut rod = HeldRod::new(&scene, &map.inputs, method, self.interrupt)?;
             let rules = Rules {
                 aim: Aim::Most,
                 count: map.inputs.len(),
@@ -296,6 +300,48 @@ impl<'a> ContactJob<'a> {
             robust.solves += rod.solves();
         }
         Ok(robust)
+    }
+
+    /// What the reference says of a share of the answers, their normal forces included.
+    fn check(
+        &self,
+        rod: &mut HeldRod<'_>,
+        lattice: &WallLattice,
+        points: &[PointResult],
+    ) -> Result<WitnessCheck, ContactError> {
+        // An even choice takes from both.
+        let most = points.iter().enumerate().filter_map(|(at, point)| Some((at, point.most?)));
+        let least = points.iter().enumerate().filter_map(|(at, point)| Some((at, point.least?)));
+        let answers: Vec<(usize, Answer)> =
+            most.chain(least.filter(|(at, answer)| points[*at].most != Some(*answer))).collect();
+        let (scene, driven) = rod.held();
+        let (scene, driven) = (scene.clone(), driven.to_vec());
+        let mut failed = None;
+        let mut claim = |number: usize| {
+            if is_raised(self.interrupt) {
+                return None;
+            }
+            let (at, answer) = answers[number];
+            match rod.claim(lattice.points[at], answer.inputs) {
+                Ok(claim) => claim.map(|(claim, press)| (claim, Some(Press { force: answer.force, ..press }))),
+                Err(error) => {
+                    failed = Some(error);
+                    None
+                }
+            }
+        };
+        let check = WitnessCheck::of_presses(&scene, &driven, answers.len(), &mut claim, self.interrupt);
+        match failed {
+            Some(error) => return Err(error),
+            None if is_raised(self.interrupt) => return Err(ContactError::Interrupted),
+            None => {}
+        }
+        check
+            .map_err(|error| match error {
+                CheckError::Plan(error) => ContactError::from(error),
+                CheckError::Backend(error) => error.into(),
+            })?
+            .ok_or(ContactError::Interrupted)
     }
 
     fn check_options(&self) -> Result<(), ContactError> {
@@ -347,7 +393,7 @@ impl<'a> ContactJob<'a> {
 struct Work<'a, 'b> {
     job: &'a ContactJob<'a>,
     lattice: &'b WallLattice,
-    rod: &'b mut HeldRod,
+    rod: &'b mut HeldRod<'a>,
     rules: Rules,
     places: Vec<Place>,
     /// Number of the uncertain design, and of all of them.
@@ -420,11 +466,13 @@ impl Work<'_, '_> {
             let is_wanted = |at: &usize| rules.aim != Aim::Least || self.places[*at].is_reached();
             let group: Vec<usize> = group.into_iter().filter(is_wanted).collect();
             let (lattice, places) = (self.lattice, &self.places);
+            let interrupt = self.job.interrupt;
             let rate = |at: &usize| {
-                let near = near.of(*at);
+                let near = if is_raised(interrupt) { Vec::new() } else { near.of(*at) };
                 (*at, near.is_empty(), forecasts(lattice, places, &rules, *at, &near))
             };
             let rated: Vec<(usize, bool, Vec<Forecast>)> = group.par_iter().map(rate).collect();
+            self.goes_on()?;
             let are_few = done.len() < SCATTERED;
             let mut scattered: Vec<usize> = if are_few { group.clone() } else { Vec::new() };
             let mut trials = Vec::new();
@@ -500,11 +548,14 @@ impl Work<'_, '_> {
             let points = &self.lattice.points;
             let asked: Vec<(Vector, Inputs)> = open.iter().map(|(trial, next)| (points[trial.at], *next)).collect();
             let rows = self.rod.solve(&asked)?;
-            let places = &self.places;
+            let (places, interrupt) = (&self.places, self.job.interrupt);
             open.par_iter_mut().zip(rows).for_each(|((trial, _), row)| {
-                let answer = places[trial.at].best(rules.aim).map(|(_, row)| row);
-                trial.judge(&rules, row, answer);
+                if !is_raised(interrupt) {
+                    let answer = places[trial.at].best(rules.aim).map(|(_, row)| row);
+                    trial.judge(&rules, row, answer);
+                }
             });
+            self.tell();
             self.goes_on()?;
         }
         for Trial { at, search, failures, .. } in trials {
@@ -521,8 +572,11 @@ impl Work<'_, '_> {
         let near = self.lattice.neighbours();
         let mut changed: Vec<bool> = vec![true; self.places.len()];
         for _ in 0..ROUNDS {
-            let (lattice, places) = (self.lattice, &self.places);
+            let (lattice, places, interrupt) = (self.lattice, &self.places, self.job.interrupt);
             let start = |at: usize| {
+                if is_raised(interrupt) {
+                    return None;
+                }
                 let own = places[at].best(rules.aim);
                 if rules.aim == Aim::Least && own.is_none() || rules.is_any_enough && own.is_some() {
                     return None;
@@ -547,6 +601,7 @@ impl Work<'_, '_> {
                 Some(starts.into_iter().map(move |start| Trial::new(at, vec![start])).collect::<Vec<_>>())
             };
             let trials: Vec<Trial> = (0..self.places.len()).into_par_iter().filter_map(start).flatten_iter().collect();
+            self.goes_on()?;
             if trials.is_empty() {
                 break;
             }
@@ -585,16 +640,18 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    fn goes_on(&self) -> Result<(), ContactError> {
+    /// Tells how many points are done.
+    fn tell(&self) {
         if let Some(progress) = self.job.progress {
             let done = self.places.iter().filter(|place| !place.most.is_empty() || !place.failures.is_empty()).count();
             let points = ContactStage::Points(done, self.places.len());
             progress(self.design.map_or(points, |(number, all)| ContactStage::Designs(number, all)));
         }
-        match self.job.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
-            true => Err(ContactError::Interrupted),
-            false => Ok(()),
-        }
+    }
+
+    /// An error where the caller wants the job ended.
+    fn goes_on(&self) -> Result<(), ContactError> {
+        if is_raised(self.job.interrupt) { Err(ContactError::Interrupted) } else { Ok(()) }
     }
 }
 

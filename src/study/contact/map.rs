@@ -6,6 +6,7 @@ use crate::model::Scene;
 use crate::report::count;
 use crate::spec::SolutionMethod;
 use crate::study::columns::Columns;
+use crate::study::witness::{WitnessCheck, with_mark};
 use crate::study::workspace::{InputAccount, Inputs, WorkspaceInput};
 use crate::table::Table;
 use serde::Serialize;
@@ -108,6 +109,8 @@ pub struct ContactMap {
     pub method: SolutionMethod,
     /// On the clock (s).
     pub seconds: f64,
+    /// What the reference says of a share of the answers.
+    pub check: WitnessCheck,
     /// Remarks for the user.
     pub notes: Vec<String>,
 }
@@ -169,6 +172,10 @@ pub struct ContactAccount {
     pub scene: String,
     /// Remarks for the user.
     pub notes: Vec<String>,
+    /// What the reference says of a share of the answers.
+    pub check: WitnessCheck,
+    /// What speaks against the answers; `None`: nothing that is known.
+    pub distrusted: Option<String>,
     /// Of the program.
     pub version: &'static str,
 }
@@ -177,6 +184,11 @@ impl ContactMap {
     /// Points with an answer.
     pub fn reached(&self) -> impl Iterator<Item = (usize, &Answer)> {
         self.points.iter().enumerate().filter_map(|(at, point)| Some((at, point.most.as_ref()?)))
+    }
+
+    /// What speaks against the answers; `None`: nothing that is known.
+    pub fn mark(&self) -> Option<&str> {
+        self.check.mark.as_deref()
     }
 
     /// Of the wall where the tip can press (m²).
@@ -272,6 +284,8 @@ impl ContactMap {
             seconds: self.seconds,
             scene: self.scene.name.clone(),
             notes: self.notes.clone(),
+            check: self.check.clone(),
+            distrusted: self.mark().map(str::to_owned),
             version: env!("CARGO_PKG_VERSION"),
         }
     }
@@ -283,8 +297,12 @@ impl ContactAccount {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// The answer in one line.
+    /// The answer in one line; it begins with what speaks against it.
     pub fn headline(&self) -> String {
+        with_mark(self.distrusted.as_deref(), self.answer())
+    }
+
+    fn answer(&self) -> String {
         let Some(best) = &self.best else {
             let most = self.causes.iter().max_by_key(|(_, count)| *count).map_or("", |(name, _)| *name);
             return format!("the tip can press on none of {} points; most: {most}", count(self.points as u64));
@@ -308,9 +326,10 @@ impl ContactAccount {
         }
     }
 
-    /// For a person: the answer and a few lines.
+    /// For a person: what speaks against the answer, the answer and a few lines.
     pub fn text(&self) -> String {
-        let mut lines = vec![self.headline()];
+        let mut lines: Vec<String> = self.distrusted.iter().cloned().collect();
+        lines.push(self.answer());
         let named = self.causes.iter().filter(|(_, count)| *count > 0);
         let causes: Vec<String> = named.map(|(name, number)| format!("{name} {}", count(*number as u64))).collect();
         let all = count(self.points as u64);
@@ -324,6 +343,7 @@ impl ContactAccount {
             lines.push(format!("{which}: margin {:.3}, friction {:.3}; {inputs}", best.margin, best.ratio));
         }
         lines.extend(self.robust.as_ref().map(RobustAccount::text));
+        lines.push(self.check.sentence());
         lines.push(format!("{} equilibria in {:.1} s on {}", count(self.solves), self.seconds, self.engine));
         lines.join("\n")
     }

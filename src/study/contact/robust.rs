@@ -2,6 +2,7 @@
 
 use super::lattice::WallLattice;
 use crate::study::columns::Columns;
+use crate::study::witness::WitnessCheck;
 use crate::study::workspace::clopper_pearson;
 use crate::table::{Column, Table};
 use serde::Serialize;
@@ -42,6 +43,8 @@ pub struct RobustAccount {
     pub common: Vec<(f64, f64)>,
     /// Equilibria computed.
     pub solves: u64,
+    /// Whether they were checked against the reference, in a sentence.
+    pub checked: String,
 }
 
 impl RobustContact {
@@ -63,6 +66,7 @@ impl RobustContact {
             designs: self.designs.len(),
             common: SHARES.into_iter().map(|share| (share, area(share))).collect(),
             solves: self.solves,
+            checked: WitnessCheck::default().sentence(),
         }
     }
 
@@ -96,6 +100,6 @@ impl RobustAccount {
     pub fn text(&self) -> String {
         let area = |k: usize| format!("{:.2} cm²", 1e4 * self.common[k].1);
         let [all, most, half] = [0, 1, 2].map(area);
-        format!("of {} designs all hold on {all}, 95 % on {most}, half on {half}", self.designs)
+        format!("of {} designs all hold on {all}, 95 % on {most}, half on {half}; {}", self.designs, self.checked)
     }
 }

@@ -1,23 +1,28 @@
 //! Equilibria of a rod whose tip is held at points of the wall, from rest, with the force there and its derivatives by the inputs.
 
 use super::error::ContactError;
-use crate::backend::Backend;
+use crate::backend::{Backend, BackendKind};
 use crate::engines::{Engine, cpu_f64};
 use crate::model::{
     Axis, Batch, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, TipOnWall, Vector,
     WallParameter,
 };
 use crate::spec::{SobolNet, SolutionMethod};
+use crate::study::witness::{Claim, Press, is_raised};
 use crate::study::workspace::{Inputs, MOST_INPUTS, WorkspaceInput};
 use crate::sweep::choose_steps_for;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::atomic::AtomicBool;
 
 /// Samples that choose the number of steps.
 const PILOT_SAMPLES: u64 = 64;
 const PILOT_SEED: u64 = 0x9170;
 /// Held rods bend more than the free ones of the pilot.
 const LEAST_STEPS: usize = 6;
+/// Rows of one call for each thread, so that a flag is looked at in about a second; of the reference a row may take that long.
+const ROWS: usize = 128;
+const ROWS_OF_REFERENCE: usize = 1;
 
 /// A tip held at a point of the wall.
 #[derive(Clone, Copy, Debug)]
@@ -47,19 +52,22 @@ impl Row {
 }
 
 /// Solves held tips.
-pub(super) struct HeldRod {
+pub(super) struct HeldRod<'a> {
     table: HeldTable,
     rest: Box<dyn Backend>,
     solves: u64,
+    interrupt: Option<&'a AtomicBool>,
 }
 
-impl HeldRod {
-    /// Plans and opens the engine; a pilot of the rod without its wall chooses the steps where they are not fixed.
+impl<'a> HeldRod<'a> {
+    /// Plans and opens the engine; a pilot of the rod without its wall chooses the steps where they are not fixed. A flag that is
+    /// raised ends whatever is being solved.
     pub(super) fn new(
         scene: &Scene,
         inputs: &[WorkspaceInput],
         (engine, tolerance, steps): (&Engine, f64, Option<usize>),
-    ) -> Result<HeldRod, ContactError> {
+        interrupt: Option<&'a AtomicBool>,
+    ) -> Result<HeldRod<'a>, ContactError> {
         let driven: Vec<Parameter> = inputs.iter().flat_map(|input| input.parameters.iter().copied()).collect();
         let mut axes: Vec<Vec<Parameter>> = driven.iter().map(|parameter| vec![*parameter]).collect();
         let usual = PlanOptions::default();
@@ -95,8 +103,8 @@ impl HeldRod {
             own
         };
         let derivatives = inputs.iter().map(of_input).collect();
-        let table = HeldTable { inputs: inputs.to_vec(), derivatives, plan };
-        Ok(HeldRod { table, rest, solves: 0 })
+        let table = HeldTable { inputs: inputs.to_vec(), derivatives, axes, plan };
+        Ok(HeldRod { table, rest, solves: 0, interrupt })
     }
 
     /// EI/L² of the rod (N).
@@ -119,10 +127,38 @@ impl HeldRod {
         self.solves
     }
 
+    /// The rod whose tip is held, and what each number of a claim drives.
+    pub(super) fn held(&self) -> (&Scene, &[Vec<Parameter>]) {
+        (&self.table.plan.scene, &self.table.axes)
+    }
+
+    /// What is claimed of an equilibrium that the reference is to solve again; `None` where there is none.
+    pub(super) fn claim(&mut self, place: Vector, at: Inputs) -> Result<Option<(Claim, Press)>, ContactError> {
+        let batch = self.table.batch(&[(place, at)]);
+        let solutions = self.rest.solve(&batch)?;
+        let mut inputs = vec![0.0; self.table.axes.len()];
+        self.table.write(&place, &at, &mut inputs);
+        let claim = Claim {
+            inputs,
+            tip: solutions.vector(0, Quantity::TipPosition),
+            error_estimate: solutions.get(0, Quantity::ErrorEstimate),
+        };
+        let press = Press {
+            force: solutions.contact(0, ContactColumn::NormalForce),
+            error: solutions.contact(0, ContactColumn::ForceError),
+        };
+        Ok(solutions.status(0).is_success().then_some((claim, press)))
+    }
+
     /// One row for each place and inputs. A search goes on without those that find no equilibrium: there are no second attempts.
     pub(super) fn solve(&mut self, asked: &[(Vector, Inputs)]) -> Result<Vec<Row>, ContactError> {
         let mut rows = Vec::with_capacity(asked.len());
-        for asked in asked.chunks(self.rest.batch_size().max(1)) {
+        let each = if self.rest.info().kind == BackendKind::Reference { ROWS_OF_REFERENCE } else { ROWS };
+        let size = (each * rayon::current_num_threads()).min(self.rest.batch_size()).max(1);
+        for asked in asked.chunks(size) {
+            if is_raised(self.interrupt) {
+                return Err(ContactError::Interrupted);
+            }
             let solutions = self.rest.solve(&self.table.batch(asked))?;
             self.solves += asked.len() as u64;
             let table = &self.table;
@@ -138,6 +174,8 @@ struct HeldTable {
     inputs: Vec<WorkspaceInput>,
     /// Derivatives of the plan that belong to each input.
     derivatives: Vec<Range<usize>>,
+    /// What each column of a batch drives.
+    axes: Vec<Vec<Parameter>>,
     plan: Plan,
 }
 
@@ -145,11 +183,16 @@ impl HeldTable {
     fn batch(&self, asked: &[(Vector, Inputs)]) -> Batch {
         self.plan.batch(asked.len(), |row, values| {
             if let Some((place, at)) = asked.get(row) {
-                let first = values.len().saturating_sub(3);
-                write(&self.inputs, at, values);
-                values[first..].copy_from_slice(place);
+                self.write(place, at, values);
             }
         })
+    }
+
+    /// A value for each axis.
+    fn write(&self, place: &Vector, at: &Inputs, values: &mut [f64]) {
+        let first = values.len().saturating_sub(3);
+        write(&self.inputs, at, values);
+        values[first..].copy_from_slice(place);
     }
 
     fn row(&self, solutions: &Solutions, row: usize) -> Row {

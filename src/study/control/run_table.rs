@@ -2,7 +2,7 @@
 
 use super::{ControlRun, Outcome, TargetResult};
 use crate::model::Vector;
-use crate::results::{Contact, ResultsError, write_table};
+use crate::results::{Contact, ResultsError, verdict_metadata, write_table};
 use crate::spec::ControlInput;
 use crate::study::columns::Columns;
 use crate::study::solve::contact_json;
@@ -91,6 +91,7 @@ impl ControlRun {
             ("rodsweep.scene", self.scene().name.clone()),
             ("rodsweep.trajectory", self.trajectory().name.clone()),
             ("rodsweep.engine", self.engine().to_owned()),
+            verdict_metadata(self.mark()),
         ];
         write_table(path, &self.table(), &metadata)
     }

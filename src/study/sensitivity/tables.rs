@@ -2,7 +2,7 @@
 
 use super::experiments::Observability;
 use super::result::{Identification, Index, Information, QUANTILES, Sensitivity};
-use crate::results::{ResultsError, write_bytes, write_table};
+use crate::results::{ResultsError, verdict_metadata, write_bytes, write_table};
 use crate::study::columns::Columns;
 use crate::table::Table;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ impl Sensitivity {
         let mut files = Vec::new();
         for (name, table) in self.tables() {
             let path = dir.join(name);
-            write_table(&path, &table, &[])?;
+            write_table(&path, &table, &[verdict_metadata(self.mark.as_deref())])?;
             files.push(path);
         }
         let path = dir.join(JSON_FILE);

@@ -7,6 +7,7 @@ use super::outputs::DISTANCE;
 use super::result::{Identification, Index, Order, Sensitivity};
 use crate::input::quantity_text;
 use crate::report::{TextTable, count};
+use crate::study::witness::with_mark;
 
 /// Share of a variance from which on an input is named in the headline.
 const LEAST_SHARE: f64 = 0.005;
@@ -15,7 +16,7 @@ impl Sensitivity {
     /// Indices, bounds, spreads, failures and what else the reader should know.
     pub fn text(&self) -> String {
         let mut text = self.mark.as_ref().map_or(String::new(), |mark| format!("{mark}\n"));
-        text += &format!("{}\n\n", self.headline());
+        text += &format!("{}\n\n", self.answer());
         text += &format!(
             "{} of {} rows ({}), intervals of {} %\n",
             count(self.usable),
@@ -35,8 +36,13 @@ impl Sensitivity {
         text + &self.checked + "\n"
     }
 
-    /// The answer in two sentences: how far the tip is off, and which inputs account for it.
+    /// The answer in one line: how far the tip is off, and which inputs account for it. It begins with what speaks against
+    /// the rows.
     pub fn headline(&self) -> String {
+        with_mark(self.mark.as_deref(), self.answer())
+    }
+
+    fn answer(&self) -> String {
         let Some(output) = self.first_output() else { return "no output changes with the inputs".into() };
         let spread = self.spreads.iter().find(|spread| spread.output == output);
         let first = match spread {

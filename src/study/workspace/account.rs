@@ -4,7 +4,7 @@ use super::measures::{Ends, Estimate, boundary_area, centroid, components, exten
 use super::pose::PoseRank;
 use super::workspace::Workspace;
 use crate::model::Vector;
-use crate::study::witness::WitnessCheck;
+use crate::study::witness::{WitnessCheck, with_mark};
 use serde::Serialize;
 
 /// Margins whose share of the size is told.
@@ -60,7 +60,7 @@ pub struct WorkspaceAccount {
     pub compliance: Vec<(f64, f64)>,
     /// Stability margin at shares of the size.
     pub margin: Vec<(f64, f64)>,
-    /// Share of the size with at least this margin.
+    /// Share of the size with at least this margin; empty where nothing is reached.
     pub share_with_margin: Vec<(f64, f64)>,
     /// What is commanded.
     pub inputs: Vec<InputAccount>,
@@ -102,7 +102,7 @@ pub struct CheckAccount {
     pub value: f64,
     /// Of the value.
     pub standard_error: f64,
-    /// Whether both values agree within three of their errors.
+    /// Whether both values agree within three of their errors; false where nothing is reached, so that there is one value alone.
     pub agrees: bool,
     /// Difference over the error of the difference.
     pub deviation: f64,
@@ -145,8 +145,11 @@ impl Workspace {
         };
         let compliance: Vec<f64> = self.values.compliance.iter().map(|(_, most, _)| *most).collect();
         let rank = self.dimension.rank.max(1);
-        let isotropy: f64 =
-            self.values.sigma.iter().zip(&weights).map(|(sigma, weight)| weight * sigma[rank - 1] / sigma[0]).sum();
+        // A voxel that is painted may have no singular values.
+        let ratios = self.values.sigma.iter().map(|sigma| sigma[rank - 1] / sigma[0]).zip(&weights);
+        let (sum, weight) = ratios
+            .filter(|(ratio, _)| ratio.is_finite())
+            .fold((0.0, 0.0), |(sum, all), (ratio, weight)| (sum + weight * ratio, all + weight));
         let pieces = components(grown);
         let whole = pieces.iter().sum::<u64>().max(1) as f64;
         WorkspaceAccount {
@@ -158,7 +161,7 @@ impl Workspace {
                 CheckAccount {
                     value: integral.value,
                     standard_error: integral.standard_error,
-                    agrees: check.agrees,
+                    agrees: check.agrees && !places.is_empty(),
                     deviation: check.deviation,
                     with_multiplicity: integral.with_multiplicity,
                     samples: integral.samples,
@@ -184,10 +187,14 @@ impl Workspace {
             centroid: centroid(grown),
             largest_ball: self.largest_ball(),
             components: pieces.iter().take(8).map(|size| *size as f64 / whole).collect(),
-            global_conditioning_index: (!self.values.sigma.is_empty()).then_some(isotropy / all),
+            global_conditioning_index: (weight > 0.0).then(|| sum / weight),
             compliance: at_shares(&compliance),
             margin: at_shares(&margins),
-            share_with_margin: MARGINS.into_iter().map(|least| (least, share(least))).collect(),
+            share_with_margin: MARGINS
+                .into_iter()
+                .filter(|_| !places.is_empty())
+                .map(|least| (least, share(least)))
+                .collect(),
             inputs: self
                 .inputs
                 .iter()
@@ -236,23 +243,36 @@ impl WorkspaceAccount {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// The answer: the size with its interval, a line of [`WorkspaceAccount::text`].
+    /// The answer: the size with its interval. It begins with what speaks against it; else it is a line of
+    /// [`WorkspaceAccount::text`].
     pub fn headline(&self) -> String {
-        let is_size = |line: &&str| ["volume = ", "area = ", "length = "].iter().any(|word| line.starts_with(word));
-        self.text()
-            .lines()
-            .find(is_size)
-            .map_or_else(|| format!("the tip's workspace is a {}", self.kind), str::to_owned)
+        with_mark(self.distrusted.as_deref(), self.answer())
     }
 
-    /// For a person: a few lines.
-    pub fn text(&self) -> String {
-        let mut lines: Vec<String> = self.distrusted.iter().cloned().collect();
-        lines.push(format!("the tip's workspace is a {}", self.kind));
-        let sizes =
-            [("volume", self.volume, 1e6, "cm³"), ("area", self.area, 1e4, "cm²"), ("length", self.length, 1e3, "mm")];
-        for (name, size, factor, unit) in sizes.into_iter().filter_map(|(n, s, f, u)| s.map(|s| (n, s, f, u))) {
-            let Estimate { value, low, high } = size;
+    fn answer(&self) -> String {
+        let is_size = |line: &&str| ["volume = ", "area = ", "length = "].iter().any(|word| line.starts_with(word));
+        self.text().lines().find(is_size).map_or_else(|| self.kind_text(), str::to_owned)
+    }
+
+    /// Point, curve, surface or body, and whether there is a size to tell.
+    fn kind_text(&self) -> String {
+        let unknown = match self.is_unseen() {
+            true => "; no voxel's centre is reached, so there is no size, margin or pose to tell",
+            false => "",
+        };
+        format!("the tip's workspace is a {}{unknown}", self.kind)
+    }
+
+    /// Whether no voxel's centre is reached.
+    fn is_unseen(&self) -> bool {
+        self.voxels.reached == 0
+    }
+
+    /// A size with its interval, and the independent value.
+    fn size_lines(&self, name: &str, size: Estimate, factor: f64, unit: &str) -> Vec<String> {
+        let Estimate { value, low, high } = size;
+        let mut lines = Vec::new();
+        if !self.is_unseen() {
             lines.push(match low.is_finite() {
                 true => {
                     format!("{name} = {:.2} {unit}, 95 %: {:.2} to {:.2}", factor * value, factor * low, factor * high)
@@ -261,16 +281,30 @@ impl WorkspaceAccount {
                     format!("{name} = {:.2} {unit}, painted: no centre is proven, no error is known", factor * value)
                 }
             });
-            let check = self.check.filter(|_| !(name == "area" && self.dimension == 3));
-            if let Some(check) = check {
-                lines.push(format!(
-                    "  by change of variables {:.2} ± {:.2} {unit} ({}), each point reached {:.3} times",
-                    factor * check.value,
-                    factor * check.standard_error,
-                    if check.agrees { "agrees" } else { "DISAGREES" },
-                    self.multiplicity.unwrap_or(f64::NAN)
-                ));
-            }
+        }
+        let check = self.check.filter(|_| !(name == "area" && self.dimension == 3));
+        if let Some(check) = check {
+            let (value, error) = (factor * check.value, factor * check.standard_error);
+            let alone = format!("by change of variables {value:.2} ± {error:.2} {unit}");
+            lines.push(match self.multiplicity.filter(|_| !self.is_unseen()) {
+                Some(times) => {
+                    let agrees = if check.agrees { "agrees" } else { "DISAGREES" };
+                    format!("  {alone} ({agrees}), each point reached {times:.3} times")
+                }
+                None => format!("{name} {alone}, with nothing to compare it with"),
+            });
+        }
+        lines
+    }
+
+    /// For a person: a few lines.
+    pub fn text(&self) -> String {
+        let mut lines: Vec<String> = self.distrusted.iter().cloned().collect();
+        lines.push(self.kind_text());
+        let sizes =
+            [("volume", self.volume, 1e6, "cm³"), ("area", self.area, 1e4, "cm²"), ("length", self.length, 1e3, "mm")];
+        for (name, size, factor, unit) in sizes {
+            lines.extend(size.into_iter().flat_map(|size| self.size_lines(name, size, factor, unit)));
         }
         let per_cent = |share: f64| format!("{:.1} %", 100.0 * share);
         lines.push(format!(
@@ -296,8 +330,10 @@ impl WorkspaceAccount {
         }
         let shares: Vec<String> =
             self.share_with_margin.iter().map(|(least, share)| format!("{} ≥ {least}", per_cent(*share))).collect();
-        lines.push(format!("margin: {}", shares.join(", ")));
-        if let Some(pose) = &self.pose {
+        if !shares.is_empty() {
+            lines.push(format!("margin: {}", shares.join(", ")));
+        }
+        if let Some(pose) = self.pose.as_ref().filter(|_| !self.is_unseen()) {
             let rank = pose.rank;
             lines.push(format!("pose: rank {rank} with rotations times {:.1} mm", 1e3 * pose.length));
         }

@@ -4,7 +4,7 @@ use super::error::WorkspaceError;
 use super::lattice::{Cell, CellMap};
 use super::workspace::Workspace;
 use crate::model::Vector;
-use crate::results::{read_parquet_table, store_at};
+use crate::results::{WORKSPACE_FILE, read_mark, read_parquet_table, store_at};
 use crate::study::columns::Columns;
 use crate::table::Table;
 use serde::Serialize;
@@ -26,21 +26,33 @@ pub struct Comparison {
     pub gained: f64,
     /// Reached there alone.
     pub lost: f64,
+    /// What speaks against the other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distrusted: Option<String>,
     /// Each voxel of either: 0 both, 1 gained, 2 lost.
     #[serde(skip)]
     pub voxels: Vec<(Vector, u8)>,
 }
 
+/// What speaks against the workspace of a directory, as its `workspace.parquet` says; `None`: nothing, or there is none.
+///
+/// # Errors
+///
+/// A file that cannot be read.
+pub fn workspace_mark(dir: &Path) -> Result<Option<String>, WorkspaceError> {
+    Ok(read_mark(&dir.join(WORKSPACE_FILE))?)
+}
+
 impl Workspace {
-    /// Compares with the `workspace.parquet` of another directory.
+    /// Compares with the `workspace.parquet` of another directory, which may be marked: see [`workspace_mark`].
     ///
     /// # Errors
     ///
     /// A directory without one, or one of another lattice.
     pub fn compare(&self, dir: &Path) -> Result<Comparison, WorkspaceError> {
-        let path = dir.join(crate::results::WORKSPACE_FILE);
+        let path = dir.join(WORKSPACE_FILE);
         let wrong = |problem: &str| WorkspaceError::Compare { path: path.clone(), problem: problem.into() };
-        if store_at(dir)?.head(crate::results::WORKSPACE_FILE)?.is_none() {
+        if store_at(dir)?.head(WORKSPACE_FILE)?.is_none() {
             return Err(wrong("there is no such file: measure that workspace first, with the same voxel and seed"));
         }
         let table = read_parquet_table(&path)?;
@@ -78,6 +90,7 @@ impl Workspace {
             symmetric_difference: size(&[1, 2]),
             gained: size(&[1]),
             lost: size(&[2]),
+            distrusted: workspace_mark(dir)?,
             voxels,
         })
     }

@@ -6,8 +6,9 @@ use super::designs::{DesignStudy, RobustWorkspace};
 use super::lattice::Cell;
 use super::reach::Reach;
 use super::workspace::Workspace;
-use crate::results::{ResultsError, WORKSPACE_FILE, make_directory, write_bytes, write_table};
+use crate::results::{ResultsError, WORKSPACE_FILE, make_directory, verdict_metadata, write_bytes, write_table};
 use crate::study::mesh::surface_nets;
+use crate::study::witness::with_mark;
 use crate::table::{Table, Triangles, ply, vtk};
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -42,13 +43,13 @@ impl WorkspaceExtras {
                 .zip(answer.inputs)
                 .map(|(input, t)| format!("{} {:.5} {}", input.name(&of.scene), input.value(t), input.unit()))
                 .collect();
-            lines.push(format!(
-                "{x:.2} {y:.2} {z:.2} mm: {}, {:.2} mm from the boundary, margin {:.2}; {}",
-                answer.status,
-                1e3 * answer.boundary_distance,
-                answer.margin,
-                inputs.join(", ")
-            ));
+            let target = format!("{x:.2} {y:.2} {z:.2} mm: {}", answer.status);
+            let from = 1e3 * answer.boundary_distance;
+            let far = if from.is_nan() { String::new() } else { format!(", {from:.2} mm from the boundary") };
+            lines.push(match answer.margin.is_nan() {
+                true => format!("{target}; no equilibrium near it is known"),
+                false => format!("{target}{far}, margin {:.2}; {}", answer.margin, inputs.join(", ")),
+            });
         }
         if let Some(robust) = &self.robust {
             let designs = robust.designs.len();
@@ -76,13 +77,17 @@ impl WorkspaceExtras {
             let per = if study.unit.is_empty() { "for its logarithm".into() } else { format!("per {}", study.unit) };
             lines.push(format!("slope {:.4} ± {:.4} {unit} {per}", factor * study.slope, factor * study.slope_error));
         }
+        if !self.reach.is_empty() || self.robust.is_some() || self.study.is_some() {
+            lines.push("answers to queries and designs were not checked against the reference".into());
+        }
         if let Some(other) = &self.comparison {
-            lines.push(format!(
+            let told = format!(
                 "beside the other: both {:.2} {unit}, gained {:.2}, lost {:.2}",
                 factor * other.intersection,
                 factor * other.gained,
                 factor * other.lost
-            ));
+            );
+            lines.push(with_mark(other.distrusted.as_deref(), told));
         }
         lines.join("\n")
     }
@@ -141,20 +146,25 @@ impl Workspace {
         dense: bool,
     ) -> Result<Vec<PathBuf>, ResultsError> {
         make_directory(dir)?;
-        let metadata = [
-            ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("rodsweep.scene", self.scene.name.clone()),
-            ("rodsweep.engine", self.engine.clone()),
-            ("rodsweep.voxel", format!("{:e}", self.grown.lattice.spacing)),
-            ("rodsweep.verdict", self.mark.clone().unwrap_or_else(|| "sound".into())),
-        ];
+        let mark = self.mark.as_deref();
         let mut written = Vec::new();
-        let mut table = |name: &str, table: &Table| -> Result<(), ResultsError> {
+        let mut marked = |name: &str, table: &Table, mark: Option<&str>| -> Result<(), ResultsError> {
+            let metadata = [
+                ("rodsweep.version", env!("CARGO_PKG_VERSION").to_owned()),
+                ("rodsweep.scene", self.scene.name.clone()),
+                ("rodsweep.engine", self.engine.clone()),
+                ("rodsweep.voxel", format!("{:e}", self.grown.lattice.spacing)),
+                verdict_metadata(mark),
+            ];
             let path = dir.join(name);
             write_table(&path, table, &metadata)?;
             written.push(path);
             Ok(())
         };
+        if let Some(comparison) = &extras.comparison {
+            marked("comparison.parquet", &comparison.table(), mark.or(comparison.distrusted.as_deref()))?;
+        }
+        let mut table = |name: &str, table: &Table| marked(name, table, mark);
         let voxels = self.voxel_table_with(extras.robust.as_ref());
         table(WORKSPACE_FILE, &voxels)?;
         if let Some(surface) = self.surface_table() {
@@ -170,9 +180,6 @@ impl Workspace {
         if let Some(study) = &extras.study {
             table("designs.csv", &study.table())?;
         }
-        if let Some(comparison) = &extras.comparison {
-            table("comparison.parquet", &comparison.table())?;
-        }
         let mut bytes = |name: &str, bytes: Vec<u8>| -> Result<(), ResultsError> {
             let path = dir.join(name);
             write_bytes(&path, &bytes)?;
@@ -185,7 +192,7 @@ impl Workspace {
             bytes("boundary.ply", ply)?;
         }
         if dense {
-            let grid = vtk::image_data(&self.grown.lattice, &voxels);
+            let grid = vtk::image_data(&self.grown.lattice, &voxels, mark);
             bytes("workspace.vti", grid.map_err(ResultsError::of_table(dir.join("workspace.vti")))?)?;
         }
         bytes(ACCOUNT_FILE, self.json(account, extras).into_bytes())?;
@@ -220,8 +227,9 @@ impl Workspace {
         let mut data = if order.len() == mesh.voxels.len() { voxels.select(&order) } else { Table::default() };
         data.columns.retain(|column| !column.name.starts_with("voxel.") && column.name != "reached");
         let normals = mesh.normals();
+        let mark = self.mark.as_deref();
         let triangles =
-            Triangles { points: &mesh.vertices, normals: &normals, triangles: &mesh.triangles, data: &data };
+            Triangles { points: &mesh.vertices, normals: &normals, triangles: &mesh.triangles, data: &data, mark };
         Ok((vtk::poly_data(&triangles)?, ply::encode(&triangles)?))
     }
 }

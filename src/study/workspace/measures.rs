@@ -119,7 +119,8 @@ pub(super) fn volume(grown: &Grown, ends: &Ends) -> Estimate {
 
 /// Area of a surface (m²) or length of a curve (m), by sections of voxels.
 pub(super) fn sections(grown: &Grown) -> f64 {
-    grown.voxels.iter().filter(|voxel| voxel.is_reached()).map(|voxel| voxel.measure).sum()
+    // The sum of nothing is -0.
+    0.0 + grown.voxels.iter().filter(|voxel| voxel.is_reached()).map(|voxel| voxel.measure).sum::<f64>()
 }
 
 /// Size of a surface or curve by voxels of edge h; its error by those of 2 h and by what a rim adds by chance.

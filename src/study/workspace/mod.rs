@@ -36,7 +36,7 @@ mod workspace;
 
 pub use account::{CheckAccount, InputAccount, WorkspaceAccount};
 pub use check::ChangeOfVariables;
-pub use compare::Comparison;
+pub use compare::{Comparison, workspace_mark};
 pub use convergence::Convergence;
 pub use designs::{Design, DesignStudy, RobustWorkspace, Variation, WILKS_DESIGNS, clopper_pearson, draw_designs};
 pub use dimension::Dimension;

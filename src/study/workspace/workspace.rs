@@ -111,9 +111,9 @@ impl Workspace {
         is_unseen || self.check.is_some_and(|check| !check.agrees) || self.ends.undecided_share() > MOST_UNDECIDED
     }
 
-    /// How often a point is reached by the family of the check, on average.
+    /// How often a point is reached by the family of the check, on average; `None` where nothing is reached.
     pub fn multiplicity(&self) -> Option<f64> {
-        let (check, size) = (self.check?, self.size()?);
+        let (check, size) = (self.check?, self.size().filter(|size| size.value > 0.0)?);
         Some(check.by_change_of_variables.with_multiplicity / size.value)
     }
 }

@@ -130,7 +130,7 @@ fn with_workspace() -> TempDir {
     let points = [[0.0; 3], [0.01, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.03]];
     let data = Table::new(vec![Column::new("stability.margin", "", vec![0.1, 0.2, 0.3, 0.4])]);
     let triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-    let surface = Triangles { points: &points, normals: &[], triangles: &triangles, data: &data };
+    let surface = Triangles { points: &points, normals: &[], triangles: &triangles, data: &data, mark: None };
     std::fs::write(folder.path().join("boundary.ply"), ply::encode(&surface).expect("a surface")).expect("a file");
     let voxels = Table::new(vec![
         Column::new("voxel.x", "m", vec![0.001, 0.003]),
