@@ -269,8 +269,9 @@ stiffness = { bending = 2e-5, torsion = 1.5e-5 }
         let batch = plan.batch(64, |at, row| row[0] = place(at));
         let rows = cpu_f64(&plan).unwrap().solve(&batch).unwrap();
         let mut claim = |at: usize| {
-            let force = rows.contact(at, ContactColumn::NormalForce) * if off.contains(&at) { 1.0 + by } else { 1.0 };
-            assert!(force > 0.0, "{at}: {force} N");
+            let right = rows.contact(at, ContactColumn::NormalForce);
+            assert!(right > 0.0, "{at}: {right} N");
+            let force = right * if off.contains(&at) { 1.0 + by } else { 1.0 };
             let tip = rows.vector(at, Quantity::TipPosition);
             Some((Claim { inputs: vec![place(at)], tip, error_estimate: 1e-8 }, Some(Press { force, error })))
         };
