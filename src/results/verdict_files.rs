@@ -103,7 +103,7 @@ impl Results {
         let solved = Solved { method: self.method(), certain, place: Some(self.directory()) };
         Ok(Some(verdict.explain(&solved)))
     }
-    /// A sentence where no verdict covers some of the rows: their run has left no manifest, and nobody has checked them.
+    /// A sentence where no verdict covers some of the rows, as after a run that was cut short before it wrote its manifest.
     ///
     /// # Errors
     ///
@@ -113,7 +113,7 @@ impl Results {
         let covered = self.verdict()?.map_or(0, |verdict| verdict.samples);
         Ok((covered < rows).then(|| {
             format!(
-                "{} of {rows} samples were not checked: their run has not ended, or was cut short, and left no manifest.json; \
+                "{} of {rows} samples were not checked, as far as manifest.json tells: their run has not ended, or was cut short; \
                  `run --resume` ends and checks it",
                 rows - covered
             )
