@@ -31,7 +31,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 /// A bound on the size of files that are read whole.
 struct Bound {
     bytes: u64,
-    /// What to do about a larger file.
+    /// The message for a larger file, with its remedy.
     remedy: &'static str,
 }
 
@@ -94,7 +94,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 ///
 /// # Errors
 ///
-/// What is no file, is larger, cannot be read, or is not UTF-8 text.
+/// The path names no file, the file is larger or cannot be read, or it is not UTF-8 text.
 pub fn read_settings(path: &Path) -> Result<String> {
     utf8(read_within(path, &OF_SETTINGS)?)
 }

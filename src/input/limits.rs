@@ -39,7 +39,7 @@ pub enum LimitsError {
     Scene {
         /// Whether it is the upper limit.
         is_upper: bool,
-        /// What the scene says of it.
+        /// The scene's reason to refuse the value.
         problem: SceneError,
     },
     /// An input that is there already.

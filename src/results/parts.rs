@@ -349,7 +349,7 @@ pub fn verdict_metadata(mark: Option<&str>) -> (&'static str, String) {
     (VERDICT_KEY, mark.unwrap_or("sound").to_owned())
 }
 
-/// What the metadata of a study's Parquet file say against it; `None`: nothing, or there is no such file.
+/// The doubt about a study's table that the metadata of its Parquet file hold; `None`: there is no doubt, or no such file.
 ///
 /// # Errors
 ///

@@ -107,7 +107,7 @@ impl WitnessCheck {
         Ok(WitnessCheck::of_presses(scene, inputs, count, &mut bare, None)?.unwrap_or_default())
     }
 
-    /// As [`WitnessCheck::of`], of normal forces, too; `None` where the flag was raised.
+    /// Solves an even choice of equilibria again and compares normal forces, too; `None` where the flag was raised.
     pub(in crate::study) fn of_presses(
         scene: &Scene,
         inputs: &[Vec<Parameter>],

@@ -14,7 +14,7 @@ pub struct Triangles<'a> {
     pub triangles: &'a [[u32; 3]],
     /// One row a point; without columns where nothing is known.
     pub data: &'a Table,
-    /// What speaks against what it shows; `None`: nothing that is known.
+    /// The doubt about the data behind the surface; `None`: no doubt is known.
     pub mark: Option<&'a str>,
 }
 

@@ -115,7 +115,7 @@ fn a_run_without_a_usable_row_ends_with_its_own_code() {
     assert_eq!(verdict["doubts"][0]["kind"], "nothing-usable");
     assert_eq!(sandbox.run(&["status", "out"]).code, 4);
     assert!(output.stderr.contains("other ranges of these inputs"), "{}", output.stderr);
-    // Of such a sample `solve` could only say that it is no rod.
+    // `solve` would refuse the scene of such a sample.
     assert!(!output.stderr.contains("see one") && !sandbox.path("out/distrusted-nothing-usable.toml").exists());
 }
 

@@ -323,7 +323,7 @@ fn answers_are_checked_against_the_reference() {
     let account = map.account(None);
     assert!(account.text().contains("equilibria were checked against the reference"), "{}", account.text());
     assert!(account.distrusted.is_none() && account.json().contains("\"farthest_force\""));
-    // What speaks against answers stands in words and in every file.
+    // The doubt about answers stands in words and in every file.
     map.check.mark = Some("DISTRUSTED: 1 of 64 equilibria".into());
     let designs = vec![ContactDesign { values: vec![1.0], area: 0.0 }];
     let robust = RobustContact { names: vec!["factor".into()], designs, counts: vec![1; map.points.len()], solves: 0 };

@@ -23,7 +23,7 @@ pub fn write_file(path: &Path, text: &str) -> Result<(), BenchError> {
         .map_err(|source| BenchError::Write { path: path.to_owned(), source })
 }
 
-/// The same, with the directory that the file lies in.
+/// Writes a text whole or not at all, and makes the directory that the file lies in.
 pub fn write_in_directory(path: &Path, text: &str) -> Result<(), BenchError> {
     path.parent().map_or(Ok(()), create_directory)?;
     write_file(path, text)

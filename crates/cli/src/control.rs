@@ -45,6 +45,6 @@ pub fn control(arguments: &ControlArguments) -> Result<Exit, CommandError> {
     let missed = run.missed_count() as u64;
     let Some(most) = arguments.max_failures.filter(|most| missed > *most) else { return Ok(trusted) };
     say(&format!("error: {missed} targets are not reached; --max-failures allows {most}"));
-    // What is not to be trusted is no question of how many.
+    // Doubts about the answers outweigh the number of missed targets.
     Ok(if matches!(trusted, Exit::Done) { Exit::TooManyFailures } else { trusted })
 }

@@ -47,7 +47,7 @@ pub(crate) fn number(text: &str) -> Option<f64> {
     parse_quantity(text, Dimension::NUMBER).ok()
 }
 
-/// What to say of the size of a number that is wanted in place of this text.
+/// The bound on the size of a number, in words, where this text is a number beyond it; else empty.
 pub(crate) fn size_words(text: &str) -> &'static str {
     match parse_quantity(text, Dimension::NUMBER) {
         Err(QuantityError::TooLarge { .. }) => " of at most 1e60 in size",

@@ -302,7 +302,7 @@ impl<'a> ContactJob<'a> {
         Ok(robust)
     }
 
-    /// What the reference says of a share of the answers, their normal forces included.
+    /// Solves a share of the answers again by the reference and compares tips and normal forces.
     fn check(
         &self,
         rod: &mut HeldRod<'_>,

@@ -109,7 +109,7 @@ pub struct ContactMap {
     pub method: SolutionMethod,
     /// On the clock (s).
     pub seconds: f64,
-    /// What the reference says of a share of the answers.
+    /// A share of the answers, solved again by the reference.
     pub check: WitnessCheck,
     /// Remarks for the user.
     pub notes: Vec<String>,
@@ -172,9 +172,9 @@ pub struct ContactAccount {
     pub scene: String,
     /// Remarks for the user.
     pub notes: Vec<String>,
-    /// What the reference says of a share of the answers.
+    /// A share of the answers, solved again by the reference.
     pub check: WitnessCheck,
-    /// What speaks against the answers; `None`: nothing that is known.
+    /// The doubt about the answers; `None`: no doubt is known.
     pub distrusted: Option<String>,
     /// Of the program.
     pub version: &'static str,
@@ -186,7 +186,7 @@ impl ContactMap {
         self.points.iter().enumerate().filter_map(|(at, point)| Some((at, point.most.as_ref()?)))
     }
 
-    /// What speaks against the answers; `None`: nothing that is known.
+    /// The doubt about the answers; `None`: no doubt is known.
     pub fn mark(&self) -> Option<&str> {
         self.check.mark.as_deref()
     }

@@ -132,7 +132,7 @@ impl<'a> HeldRod<'a> {
         (&self.table.plan.scene, &self.table.axes)
     }
 
-    /// What is claimed of an equilibrium that the reference is to solve again; `None` where there is none.
+    /// Tip and force of an equilibrium, for the reference to solve again; `None` where the engine finds no equilibrium.
     pub(super) fn claim(&mut self, place: Vector, at: Inputs) -> Result<Option<(Claim, Press)>, ContactError> {
         let batch = self.table.batch(&[(place, at)]);
         let solutions = self.rest.solve(&batch)?;
@@ -174,7 +174,7 @@ struct HeldTable {
     inputs: Vec<WorkspaceInput>,
     /// Derivatives of the plan that belong to each input.
     derivatives: Vec<Range<usize>>,
-    /// What each column of a batch drives.
+    /// The parameters that each column of a batch sets.
     axes: Vec<Vec<Parameter>>,
     plan: Plan,
 }

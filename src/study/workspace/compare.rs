@@ -26,7 +26,7 @@ pub struct Comparison {
     pub gained: f64,
     /// Reached there alone.
     pub lost: f64,
-    /// What speaks against the other.
+    /// The doubt about the other workspace.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distrusted: Option<String>,
     /// Each voxel of either: 0 both, 1 gained, 2 lost.
@@ -34,7 +34,7 @@ pub struct Comparison {
     pub voxels: Vec<(Vector, u8)>,
 }
 
-/// What speaks against the workspace of a directory, as its `workspace.parquet` says; `None`: nothing, or there is none.
+/// The doubt about the workspace of a directory that its `workspace.parquet` holds; `None`: there is no doubt, or no such file.
 ///
 /// # Errors
 ///

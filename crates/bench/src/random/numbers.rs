@@ -36,7 +36,7 @@ impl Random {
         std::array::from_fn(|_| self.within(-size, size))
     }
 
-    /// Of length one, in any direction.
+    /// A random direction: a vector of length 1.
     pub fn direction(&mut self) -> Vector {
         loop {
             let v = self.vector(1.0);

@@ -1,4 +1,4 @@
-//! What messages quote: long names without their middle, numbers without rows of zeros, lists without their end.
+//! Messages stay short: long names lose their middle, numbers get exponents, long lists lose their end.
 
 use std::borrow::Cow;
 

@@ -364,7 +364,7 @@ impl Parameter {
 pub struct ParameterNames(BTreeMap<String, Vec<Parameter>>);
 
 impl ParameterNames {
-    /// Those of a scene.
+    /// The names of the parameters and groups of a scene.
     pub fn of(scene: &Scene) -> ParameterNames {
         let all = Parameter::all(scene);
         let mut found: BTreeMap<String, Vec<Parameter>> = BTreeMap::new();
