@@ -26,7 +26,7 @@ const FINER: usize = 4;
 /// And what is asked of it at least.
 const SECOND_TOLERANCE: f64 = 1e-9;
 /// What is said of derivatives on that many steps; measured on random scenes.
-pub const SECOND_DERIVATIVES: DerivativeScale = DerivativeScale { share: 100.0, floor: 1e-9 };
+pub const SECOND_DERIVATIVES: DerivativeScale = DerivativeScale { share: 100.0, floor: 1e-8 };
 
 /// Samples from which on a GPU takes the doubt of its own rows: before, opening it in f64 costs more than it saves.
 const MANY_SAMPLES: u64 = 10_000_000;

@@ -2,8 +2,7 @@
 
 use crate::backend::Precision;
 use crate::clock::Busy;
-use crate::model::record::BASE_POSITION_AT;
-use crate::model::{BLOCK, Batch, Blocks, Entry, Plan, Quantity, Status};
+use crate::model::{BLOCK, Batch, Blocks, ColumnNoise, Plan, Quantity, Status};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -42,6 +41,7 @@ pub(super) struct OutputConversion<'a> {
     pub batch: &'a Batch,
     /// Unit of each output column.
     pub units: &'a [f64],
+    pub column_noise: Option<&'a ColumnNoise>,
     /// What the dispatch added to each status.
     pub mark: f64,
 }
@@ -57,15 +57,9 @@ impl OutputConversion<'_> {
                 *to = (*from).into() * unit;
             }
         }
-        let record = BASE_POSITION_AT;
-        for axis in 0..3 {
-            let column = &mut to[(Quantity::TipPosition.column() + axis) * BLOCK..][..lanes];
-            match self.plan.entries[record + axis] {
-                Entry::Constant(base) => column.iter_mut().for_each(|x| *x += base),
-                Entry::Varying(input) => {
-                    (first..).zip(column).for_each(|(sample, x)| *x += self.batch.inputs.get(sample, input));
-                }
-            }
+        self.plan.add_base_positions(self.batch, first..first + lanes, to);
+        if let Some(noise) = self.column_noise {
+            noise.add(to);
         }
         let mut unwritten = 0;
         let status = Quantity::Status.column() * BLOCK;

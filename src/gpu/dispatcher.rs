@@ -11,7 +11,7 @@ use super::self_test::expect_right;
 use super::shader::{HANDOVER_COUNT, Kernel, Settings, WORKGROUP_SIZE, input_units};
 use super::timings::Timings;
 use crate::backend::{BackendError, Precision};
-use crate::model::{BLOCK, Batch, Plan};
+use crate::model::{BLOCK, Batch, ColumnNoise, Plan};
 use std::time::Instant;
 
 /// Dispatches in flight: the device computes one while the host converts the other.
@@ -40,6 +40,7 @@ pub(super) struct Dispatcher {
     mark: u32,
     pub input_units: Vec<f64>,
     pub output_units: Vec<f64>,
+    column_noise: Option<ColumnNoise>,
     pub timings: Timings,
     was_reopened: bool,
     notes: Vec<String>,
@@ -68,6 +69,7 @@ impl Dispatcher {
             mark: 0,
             input_units: input_units(plan),
             output_units: output_units(plan),
+            column_noise: ColumnNoise::new(plan, kernel.precision.epsilon()),
             was_reopened: false,
             notes: Vec::new(),
             shortage: None,
@@ -137,7 +139,8 @@ impl Dispatcher {
 
     /// How the outputs of a dispatch become solutions of a batch.
     pub fn conversion<'a>(&'a self, batch: &'a Batch, mark: f64) -> OutputConversion<'a> {
-        OutputConversion { plan: &self.plan, batch, units: &self.output_units, mark }
+        let column_noise = self.column_noise.as_ref();
+        OutputConversion { plan: &self.plan, batch, units: &self.output_units, column_noise, mark }
     }
 
     /// Makes sure that these buffers exist and hold so many blocks, or fewer where memory does not suffice. Returns how

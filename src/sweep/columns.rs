@@ -1,6 +1,6 @@
 //! How far two sets of derivatives are apart, each column (dp/L, w) against its own size.
 
-use crate::model::{Derivative, Parameter, Plan, Scene, Solutions, Units};
+use crate::model::{Derivative, Plan, SMALL_COLUMN, Solutions, natural_size};
 
 /// Sizes that errors of columns are measured by.
 pub(crate) struct ColumnScales {
@@ -37,15 +37,8 @@ impl ColumnScales {
     }
 }
 
-/// A column smaller than this share of its natural size does next to nothing, and a check measures it against that.
-const SMALL_COLUMN: f64 = 1e-3;
-/// One smaller than this is round-off.
+/// A column smaller than this share of its natural size is round-off.
 const LEAST_COLUMN: f64 = 1e-6;
-
-/// Size that a column (dp/L, w) has when a unit change of a rod-sized number turns the tip by one radian.
-pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
-    parameter.chain(scene).iter().map(|(slot, rate)| (rate / slot.unit(units)).powi(2)).sum::<f64>().sqrt()
-}
 
 /// One derivative: (dp / L, w).
 fn column_of(solutions: &Solutions, at: usize, column: usize, length: f64) -> [f64; 6] {

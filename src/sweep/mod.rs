@@ -30,7 +30,6 @@ mod tally;
 pub use anchors::with_anchors;
 pub use branches::{Branch, BranchSearch, BranchTools, Branches, Energy, Equilibria};
 pub use check::SpotCheckOptions;
-pub use columns::natural_size;
 pub use cost::Cost;
 pub use error::SweepError;
 pub use fallback::{Fallback, run_with_fallback};

@@ -196,32 +196,36 @@ fn missing_files(document: &str, markdown: &str, root: &Path) -> Vec<String> {
     lost_links.chain(words.into_iter().filter(|word| !is_there(word))).collect()
 }
 
+/// Two pages at a time.
 #[test]
 fn every_command_runs() {
-    let mut count = 0;
-    for page in pages() {
-        let commands = commands(&read(&page));
-        if commands.is_empty() {
-            continue;
-        }
-        // Commands of a page follow one another.
-        let desk = Desk::new();
-        if commands.iter().any(|command| command.contains("--replay")) {
-            desk.write("circle_01_new.csv", "coil.current.x,coil.current.y,coil.current.z\n0,0,0\n0.1,0,0\n0,0,0.1\n");
-            desk.write("observed.csv", "point,x,y,z\n0,-1 mm,-3 mm,94 mm\n1,1 mm,-2 mm,94 mm\n2,-5 mm,20 mm,90 mm\n");
-        }
-        for command in commands {
-            match arguments(&command) {
-                Some(call) => desk.try_call(&page, &call),
-                None => assert!(
-                    ["cargo test --release", "cargo install --path crates/cli"].contains(&command.as_str()),
-                    "{page}: `{command}` is tried by no test"
-                ),
-            }
-            count += 1;
+    let pages = pages();
+    let some = |first: usize| pages.iter().skip(first).step_by(2).map(|page| try_page(page)).sum::<usize>();
+    let count = std::thread::scope(|scope| {
+        let others = scope.spawn(|| some(1));
+        some(0) + others.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    });
+    assert!(count >= 30, "only {count} commands found");
+}
+
+/// Runs the commands of a page, which follow one another, and returns their number.
+fn try_page(page: &str) -> usize {
+    let commands = commands(&read(page));
+    let desk = Desk::new();
+    if commands.iter().any(|command| command.contains("--replay")) {
+        desk.write("circle_01_new.csv", "coil.current.x,coil.current.y,coil.current.z\n0,0,0\n0.1,0,0\n0,0,0.1\n");
+        desk.write("observed.csv", "point,x,y,z\n0,-1 mm,-3 mm,94 mm\n1,1 mm,-2 mm,94 mm\n2,-5 mm,20 mm,90 mm\n");
+    }
+    for command in &commands {
+        match arguments(command) {
+            Some(call) => desk.try_call(page, &call),
+            None => assert!(
+                ["cargo test --release", "cargo install --path crates/cli"].contains(&command.as_str()),
+                "{page}: `{command}` is tried by no test"
+            ),
         }
     }
-    assert!(count >= 30, "only {count} commands found");
+    commands.len()
 }
 
 /// P6 under a plane.

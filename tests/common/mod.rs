@@ -3,6 +3,7 @@
 
 pub mod boxes;
 pub mod check;
+pub mod day;
 pub mod fields;
 pub mod golden;
 pub mod limp;

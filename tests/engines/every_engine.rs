@@ -1,6 +1,7 @@
 //! The engines against golden results: one body, every engine, each with its own stated tolerance.
 
 use crate::common::check::{Errors, SMALL_COLUMN, SMALL_COLUMN_F32, Tolerance, check_golden};
+use crate::common::day::is_of_today;
 use crate::common::golden::{self, GoldenCase};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::gpu::Gpu;
@@ -30,16 +31,20 @@ fn print(engine: &str, errors: &[Errors]) {
     }
 }
 
+fn of_today(cases: Vec<GoldenCase>, parts: usize) -> Vec<GoldenCase> {
+    cases.into_iter().enumerate().filter(|(number, _)| is_of_today(*number, parts)).map(|(_, case)| case).collect()
+}
+
 /// Scenes by whether they are well-conditioned, as their names say.
 fn split() -> (Vec<GoldenCase>, Vec<GoldenCase>) {
     golden::dev().into_iter().partition(|case| !case.scene.name.contains("_hard_"))
 }
 
-/// Checks the hard golden scenes, and every `each`th of the ordinary ones.
-fn check_f32(engine: &str, each: usize, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend> + Sync) {
+/// Checks the golden scenes; one in `parts` of them each day, of the hard ones thrice as many.
+fn check_f32(engine: &str, parts: usize, options: PlanOptions, make: impl Fn(&Plan) -> Box<dyn Backend> + Sync) {
     let (ordinary, hard) = split();
     assert_eq!((ordinary.len(), hard.len()), (52, 8));
-    let ordinary: Vec<GoldenCase> = ordinary.into_iter().step_by(each).collect();
+    let (ordinary, hard) = (of_today(ordinary, parts), of_today(hard, parts.div_ceil(3)));
     print(engine, &check_golden(&ordinary, options, &make, F32));
     print(&format!("{engine}, hard"), &check_golden(&hard, options, &make, F32_HARD));
 }
@@ -78,7 +83,7 @@ fn every_instruction_set() {
 /// Each scene has a kernel, which drivers compile for seconds.
 #[test]
 fn gpu_f32() {
-    check_gpu_f32(3);
+    check_gpu_f32(6);
 }
 
 #[test]
@@ -87,17 +92,17 @@ fn gpu_f32_every_scene() {
     check_gpu_f32(1);
 }
 
-fn check_gpu_f32(each: usize) {
+fn check_gpu_f32(parts: usize) {
     let Some(_) = device_or_skip("golden scenes on the GPU") else { return };
     let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Rk4, steps: 96, ..PlanOptions::default() };
     let make = |plan: &Plan| {
         let device = device_or_skip("golden scenes on the GPU").expect("it was there before");
         Box::new(Gpu::new(device, plan, Precision::F32).expect("supported")) as Box<dyn Backend>
     };
-    check_f32("gpu f32", each, options, make);
+    check_f32("gpu f32", parts, options, make);
 }
 
-/// Every sixth scene; each has a kernel, which drivers compile for seconds.
+/// One scene in twelve each day; each has a kernel, which drivers compile for seconds.
 #[test]
 fn gpu_f64() {
     let Some(device) = device_or_skip("golden scenes on the GPU in f64") else { return };
@@ -110,6 +115,5 @@ fn gpu_f64() {
         let device = device_or_skip("golden scenes on the GPU in f64").expect("it was there before");
         Box::new(Gpu::new(device, plan, Precision::F64).expect("supported")) as Box<dyn Backend>
     };
-    let cases: Vec<GoldenCase> = golden::dev().into_iter().step_by(6).collect();
-    print("gpu f64", &check_golden(&cases, options, make, F64));
+    print("gpu f64", &check_golden(&of_today(golden::dev(), 12), options, make, F64));
 }

@@ -1,6 +1,7 @@
 //! Limp and taut rods on the GPU: on the device by nodes, in f32.
 
 use crate::common::check::{difference, norm, pose_error};
+use crate::common::day::is_of_today;
 use crate::common::limp::{LimpCase, cases, measure};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::engines::second_attempt;
@@ -90,17 +91,18 @@ fn expect_golden(device: &Device, cases: impl Iterator<Item = LimpCase>) {
     assert!(offenders.is_empty(), "\n{}", offenders.join("\n"));
 }
 
-/// Coils and a bare end, a dead tip moment, segments of their own stiffness: all parameters, both ways.
+/// Coils and a bare end, a dead tip moment, segments of their own stiffness: all parameters, both ways. Half of them each day.
 #[test]
 fn derivatives() {
     let Some(device) = device_or_skip("limp: derivatives") else { return };
     let mut offenders = Vec::new();
-    for (name, sensitivity) in [
+    let cases = [
         ("horizontal_1e3", Sensitivity::Reciprocity),
         ("mixed_tip_moment_taut_20", Sensitivity::Reciprocity),
         ("two_coils_limp", Sensitivity::Reciprocity),
         ("two_coils_limp", Sensitivity::Forward),
-    ] {
+    ];
+    for (_, (name, sensitivity)) in cases.into_iter().enumerate().filter(|(number, _)| is_of_today(*number, 2)) {
         let make = |plan: &Plan| Box::new(gpu(&device, plan)) as Box<_>;
         let errors = measure(&named(name), options(sensitivity), make);
         println!("{sensitivity:?} {errors:?}");

@@ -1,8 +1,7 @@
 //! How far two engines are apart, over all samples of all cases, in measures that do not depend on units.
 
 use super::cases::Case;
-use rodsweep::model::{MOST_ROWS, Quantity, Solutions, rotation_angle};
-use rodsweep::sweep::natural_size;
+use rodsweep::model::{MOST_ROWS, Quantity, Solutions, natural_size, rotation_angle};
 
 /// Converged tips further apart than this share of the length lie on different branches.
 const OTHER_BRANCH: f64 = 1e-2;

@@ -14,7 +14,7 @@ use known::KnownRows;
 use ratios::{Beyond, Ratios};
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::{EngineRequest, F32_TOLERANCE};
-use rodsweep::model::{Quantity, Status, rotation_angle, rotation_matrix};
+use rodsweep::model::{Quantity, SMALL_COLUMN, Status, rotation_angle, rotation_matrix};
 use rodsweep::report::{TextTable, engineering};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::SweepJob;
@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 use sweeps::random_sweep;
-use truth::{OTHER_BRANCH, ROWS, SMALL_COLUMN, SMALL_IN_SINGLE, Truth, distance};
+use truth::{OTHER_BRANCH, ROWS, SMALL_IN_DOUBLE, Truth, distance};
 
 /// Scenes between two words of progress.
 const SAY_EACH: u64 = 512;
@@ -189,8 +189,8 @@ impl Account {
         let of = |tip: &str, name: &str| ["x", "y", "z"].map(|axis| numbers(format!("d({tip}.{axis})/d({name})")));
         let columns: Vec<_> = names.iter().map(|name| (of("tip.position", name), of("tip.rotation", name))).collect();
         let (tolerance, small) = match precision {
-            Precision::F32 => (spec.tolerance.max(F32_TOLERANCE), SMALL_IN_SINGLE),
-            Precision::F64 => (spec.tolerance, SMALL_COLUMN),
+            Precision::F32 => (spec.tolerance.max(F32_TOLERANCE), SMALL_COLUMN),
+            Precision::F64 => (spec.tolerance, SMALL_IN_DOUBLE),
         };
         for (row_at, (at, status)) in samples.into_iter().zip(rows.statuses()).enumerate() {
             if !status.is_success() {

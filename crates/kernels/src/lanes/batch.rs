@@ -9,7 +9,6 @@ use super::{BlockScalar, Lanes};
 use crate::backend::Precision;
 use crate::clock::Busy;
 use crate::model::path::{are_two_equilibria, growth_limit, limp_growth};
-use crate::model::record::BASE_POSITION_AT;
 use crate::model::{BLOCK, Batch, ContactColumn, Entry, Quantity, Solutions, Status};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -269,10 +268,9 @@ impl Lanes {
                 to[usize::from(*place)] = value.to_f64() * scale;
             }
         }
-        for axis in 0..3 {
-            for (place, sample) in samples.iter().enumerate() {
-                out[axis * BLOCK + place] += self.plan.entry(batch, *sample, BASE_POSITION_AT + axis);
-            }
+        self.plan.add_base_positions(batch, samples.iter().copied(), out);
+        if let Some(noise) = &self.column_noise {
+            noise.add(out);
         }
         left.iter_mut().for_each(|place| *place = samples[*place]);
         self.rungs[rung as usize].add(samples.len(), left.len(), begin.elapsed());

@@ -144,6 +144,7 @@ pub fn answer<L: Lane>(
     let share = L::select(is_rounded, one, one.constant(program.error_share));
     let (turn, off) = (by_moment.w * delta, answer - m0);
     let second_order = dot(turn, turn).mul_add(one.constant(SECOND_ORDER), amplification * dot(delta, delta));
+    let round_off = round_off * one.constant(program.stage_noise);
     let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
     // Columns are those at the base moment `m0`.
     let margin = margin(w_inverse);

@@ -52,7 +52,7 @@ mod turn;
 mod varying;
 
 use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision, RungCount};
-use crate::model::{Batch, Entry, Plan, Solutions};
+use crate::model::{Batch, ColumnNoise, Entry, Plan, Solutions};
 pub use count::PassOperations;
 pub use counted::Operations;
 use kernels::{Job, Kernels};
@@ -124,6 +124,7 @@ pub struct Lanes {
     program: Program,
     /// One unit of each entry, SI.
     units: Vec<f64>,
+    column_noise: Option<ColumnNoise>,
     set: InstructionSet,
     arch: Arch,
     /// Whether every sample is solved by nodes.
@@ -173,6 +174,7 @@ impl Lanes {
             precision,
             program,
             units: plan.entry_units(),
+            column_noise: ColumnNoise::new(plan, precision.epsilon()),
             set,
             arch,
             by_nodes: plan.leaves_starts() == Some(true),

@@ -220,7 +220,11 @@ impl Program {
             turn_tolerance: turn_tolerance(newton_tolerance, plan.column_tolerance()),
             error_share: plan.options.error_share,
             rounded: rounded(epsilon, plan.step_count()),
-            stage_noise: stepper.stage_noise(),
+            stage_noise: if plan.terms.varying_field {
+                stepper.stage_noise()
+            } else {
+                stepper.uniform_stage_noise(epsilon)
+            },
             derivative_scale: plan.options.derivative_scale,
         }
     }

@@ -1,8 +1,9 @@
 //! Many samples of a plan at once, block by block on all threads.
 
 use super::multiples::Multiples;
+use super::record::BASE_POSITION_AT;
 use super::sample::Sample;
-use super::{BLOCK, Batch, Blocks, Plan};
+use super::{BLOCK, Batch, Blocks, Entry, Plan, Quantity};
 use crate::clock::Busy;
 use rayon::prelude::*;
 
@@ -43,5 +44,22 @@ impl Plan {
             .enumerate()
             .for_each(|(block, (out, bad))| fill(block, out, bad));
         Batch { inputs, bad }
+    }
+
+    /// Adds the positions of bases to the tips of a block of rows, column by column, in SI; `samples` are those of its rows in
+    /// order. What this rounds counts in their error estimates.
+    pub fn add_base_positions(&self, batch: &Batch, samples: impl Iterator<Item = usize> + Clone, block: &mut [f64]) {
+        let error = Quantity::ErrorEstimate.column() * BLOCK;
+        for axis in 0..3 {
+            let record = BASE_POSITION_AT + axis;
+            if matches!(self.entries[record], Entry::Constant(0.0)) {
+                continue;
+            }
+            for (place, sample) in samples.clone().enumerate() {
+                let base = self.entry(batch, sample, record);
+                block[axis * BLOCK + place] += base;
+                block[error + place] += f64::EPSILON * base.abs() / self.units.length;
+            }
+        }
     }
 }

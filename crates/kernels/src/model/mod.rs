@@ -7,6 +7,7 @@ mod anchors;
 mod batch;
 mod blocks;
 mod coil;
+mod column_size;
 mod dependence;
 mod end_curvature;
 mod field;
@@ -46,6 +47,7 @@ mod wall;
 pub use anchors::{ANCHOR_STRIDE, Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, PlanAnchors};
 pub use blocks::{BLOCK, Blocks};
 pub use coil::{Coil, CoilWinding};
+pub use column_size::{ColumnNoise, SMALL_COLUMN, natural_size};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use field::{
     CoilArray, CoilLoad, DEFAULT_CLEARANCE, FieldSources, GradientEntry, MU0_OVER_4PI, Magnet, MagnetBody, UnitDipole,

@@ -185,6 +185,8 @@ pub const SECOND_ORDER: f64 = 2.0;
 pub const ROUND_OFF: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;
+/// The same of columns smaller than natural, over their own size.
+pub const SMALL_COLUMN_NOISE: f64 = 4.0;
 /// Round-off of columns in fields that vary, in units of epsilon: a small column is the difference of large ones. 230 was measured.
 pub const FIELD_COLUMN_NOISE: f64 = 320.0;
 /// The same where columns grow along the rod.
@@ -309,6 +311,12 @@ impl Stepper {
             Stepper::Tp7 => 2.0,
             Stepper::Dop853 => 4.0,
         }
+    }
+
+    /// The same in a uniform field. In f64 no tip needs it.
+    pub fn uniform_stage_noise(self, epsilon: f64) -> f64 {
+        let is_double = epsilon < 1e-12;
+        if is_double { 1.0 } else { (0.5 * self.stage_noise()).max(1.0) }
     }
 
     /// Steps over a segment while following the path, where the answer takes `steps`.

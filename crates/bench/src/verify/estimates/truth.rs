@@ -3,9 +3,10 @@
 use crate::error::BenchError;
 use rodsweep::backend::BackendError;
 use rodsweep::engines::{cpu_f64, witness};
-use rodsweep::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Stepper, rotation_angle};
+use rodsweep::model::{
+    Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Stepper, natural_size, rotation_angle,
+};
 use rodsweep::spec::SweepSpec;
-use rodsweep::sweep::natural_size;
 
 /// Rows of a sweep that are looked at.
 pub const ROWS: u64 = 16;
@@ -18,9 +19,8 @@ const SHARP: f64 = 1e-11;
 const SHARP_COLUMN: f64 = 1e-7;
 /// Steps of its coarsest grid.
 const STEPS: usize = 16;
-/// Columns smaller than this share of their natural size are measured against that: in f64, and in f32, which resolves less.
-pub const SMALL_COLUMN: f64 = 1e-5;
-pub const SMALL_IN_SINGLE: f64 = 1e-3;
+/// In f64 columns smaller than this share of their natural size are measured against that; f32 resolves less.
+pub const SMALL_IN_DOUBLE: f64 = 1e-5;
 
 /// Rows of a sweep that are taken for right, and how sure that is.
 pub struct Truth {
@@ -83,7 +83,7 @@ impl Truth {
         let tip = distance(&p, &q) / length;
         let tip = tip.max(rotation_angle(&other.tip_rotation(at), &self.solutions.tip_rotation(at)));
         let column =
-            |index| self.column_error((at, index), (length, SMALL_COLUMN), |row| other.derivative(at, index, row));
+            |index| self.column_error((at, index), (length, SMALL_IN_DOUBLE), |row| other.derivative(at, index, row));
         (tip, (0..self.plan.derivatives.len()).map(column).collect())
     }
 
