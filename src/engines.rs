@@ -21,6 +21,8 @@ pub const F32_TOLERANCE: f64 = 2e-5;
 
 /// Steps of a second attempt, at least.
 const SECOND_STEPS: usize = 24;
+/// Into how many they are cut where stiffness changes along a segment: a derivative by it is an integral over few steps.
+const ALONG_TAPERS: usize = 2;
 /// Into how many a finer attempt cuts each of them.
 const FINER: usize = 4;
 /// And what is asked of it at least.
@@ -371,5 +373,7 @@ pub(crate) fn for_second_attempt(plan: &Plan) -> Plan {
     let derivative_scale = SECOND_DERIVATIVES;
     let stepper = Stepper::Dop853;
     let tolerance = plan.options.tolerance.min(SECOND_TOLERANCE);
-    plan.with_options(PlanOptions { tolerance, stepper, steps, error_share, derivative_scale, ..plan.options })
+    let refinement = plan.options.refinement.max(if plan.terms.taper { ALONG_TAPERS } else { 1 });
+    let options = PlanOptions { tolerance, stepper, steps, refinement, error_share, derivative_scale, ..plan.options };
+    plan.with_options(options)
 }

@@ -2,6 +2,7 @@
 // src/lanes/nodes/answer.rs
 
 const COLUMN_NOISE: f32 = 0.0; //@spec
+const NODE_FLOOR: f32 = 0.0; //@spec
 const NODE_COLUMNS_GOOD: f32 = 0.0; //@spec
 const NODE_CORRECTIONS: f32 = 0.0; //@spec
 const NODE_GOOD: f32 = 0.0; //@spec
@@ -126,7 +127,7 @@ fn answer(rod: Rod) {
             }
             let noise = round_off();
             // Responses to a tip moment do not tell the error of an integral over a short taper; the measured floor does.
-            let floor = select(0.0, settings.derivative_floor, settings.derivative_floor < 1.0);
+            let floor = select(0.0, NODE_FLOOR * settings.derivative_floor, settings.derivative_floor < 1.0);
             let known = max(columns_error, floor);
             write_row(rod, error + noise, known + noise * COLUMN_NOISE, stability, index);
             return;

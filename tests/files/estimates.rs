@@ -57,6 +57,40 @@ fn of_a_rod_soft_in_torsion_beside_a_magnet() {
     check("soft_torsion");
 }
 
+/// The last tube is forty times softer than the one before, and the column by its torsional stiffness is small: in f32 it is off by 0.6 %.
+#[test]
+fn of_a_small_column_in_f32() {
+    let file = root().join("tests/data/attack/estimates/small_column/sweep.toml");
+    let spec = SweepSpec::read(&file).expect("the sweep reads");
+    let rows = |precision, tolerance| {
+        let spec = SweepSpec { tolerance, ..spec.clone() };
+        let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
+        let mut rows = Memory::new();
+        SweepJob::new(spec).engine(request).spot_check(None).limit(Some(64)).run(&mut rows).expect("solved");
+        rows.into_table()
+    };
+    let (ours, right) = (rows(Precision::F32, 1e-3), rows(Precision::F64, 1e-9));
+    let estimates = ours.numbers("derivative_error").expect("a column");
+    let length = spec.scene.total_length();
+    let mut worst = 0.0f64;
+    for parameter in &spec.wrt {
+        let name = parameter.name(&spec.scene);
+        for (at, estimate) in estimates.iter().enumerate() {
+            let column = |rows: &Table| {
+                let [position, rotation] =
+                    ["tip.position", "tip.rotation"].map(|tip| vector_of_column(rows, tip, &name, at));
+                [position.map(|x| x / length), rotation].concat()
+            };
+            let (ours, right) = (column(&ours), column(&right));
+            let error = norm(&difference(&ours, &right));
+            assert!(error <= estimate * norm(&right), "row {at}, by {name}: {error:e}, not {estimate:e}");
+            worst = worst.max(error / norm(&right).max(f64::MIN_POSITIVE));
+        }
+    }
+    assert!(worst > 1e-3, "the column is not small: {worst:e}");
+    assert!(estimates.iter().all(|estimate| *estimate < 0.1), "estimates say nothing");
+}
+
 /// Every row of a case, in both precisions and at every tolerance.
 fn check(name: &str) {
     let folder = root().join("tests/data/attack/estimates").join(name);

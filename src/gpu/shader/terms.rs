@@ -212,6 +212,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan, most_passes: f64) {
         ("ROUND_OFF", path::ROUND_OFF),
         ("ROUNDED", path::rounded(s.precision.epsilon(), plan.step_count())),
         ("COLUMN_NOISE", path::COLUMN_NOISE),
+        ("NODE_FLOOR", path::NODE_FLOOR),
         ("FIELD_COLUMN_NOISE", path::FIELD_COLUMN_NOISE),
         ("STAGE_NOISE", plan.options.stepper.stage_noise()),
         ("GROWTH_NOISE", path::GROWTH_NOISE),

@@ -14,7 +14,8 @@ pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
 /// Round-off of columns over their own size. Kernels tell it over the natural size; a small column is the difference of large
 /// numbers and has the same round-off. Only f32 needs it.
 pub struct ColumnNoise {
-    epsilon: f64,
+    /// Of a pass, over the size of what is rounded.
+    noise: f64,
     units: Units,
     rows: usize,
     columns: Vec<ColumnSize>,
@@ -39,7 +40,8 @@ impl ColumnNoise {
             rounded: rounded_size(&plan.scene, &rod, parameter, &plan.units),
         };
         let columns = plan.derivatives.iter().map(|derivative| size(derivative.parameter)).collect();
-        Some(ColumnNoise { epsilon, units: plan.units, rows: plan.rows(), columns })
+        let noise = SMALL_COLUMN_NOISE * epsilon * plan.options.stepper.uniform_stage_noise(epsilon);
+        Some(ColumnNoise { noise, units: plan.units, rows: plan.rows(), columns })
     }
 
     /// Adds it to the `derivative_error` of a block of rows, column by column, in SI.
@@ -61,8 +63,8 @@ impl ColumnNoise {
             let of = |quantity: Quantity, axis: usize| columns[quantity.column() + axis][lane];
             let moment = [0, 1, 2].map(|axis| of(Quantity::BaseMoment, axis) / self.units.moment());
             let moment = moment.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let margin = of(Quantity::StabilityMargin, 0).abs();
-            let noise = SMALL_COLUMN_NOISE * self.epsilon * (1.0 + moment) / margin;
+            let margin = of(Quantity::StabilityMargin, 0).abs().min(1.0);
+            let noise = self.noise * (1.0 + moment) / margin;
             columns[Quantity::DerivativeError.column()][lane] += noise * larger;
         }
     }

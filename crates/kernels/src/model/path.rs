@@ -185,8 +185,10 @@ pub const SECOND_ORDER: f64 = 2.0;
 pub const ROUND_OFF: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;
-/// The same of columns smaller than natural, over their own size.
-pub const SMALL_COLUMN_NOISE: f64 = 4.0;
+/// Round-off in f32 of the numbers that a column is made of, in units of epsilon, over the column's own size.
+pub const SMALL_COLUMN_NOISE: f64 = 8.0;
+/// Rows by multiple shooting take so many times the floor of derivatives that a pilot has measured: 1.8 was seen.
+pub const NODE_FLOOR: f64 = 2.0;
 /// Round-off of columns in fields that vary, in units of epsilon: a small column is the difference of large ones. 230 was measured.
 pub const FIELD_COLUMN_NOISE: f64 = 320.0;
 /// The same where columns grow along the rod.

@@ -1,7 +1,7 @@
 //! What a plan is told beside the scene.
 
 use super::Stepper;
-use super::path::ERROR_SHARE;
+use super::path::{ERROR_SHARE, NODE_FLOOR};
 
 /// Choices that the scene does not make.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,9 +75,10 @@ impl DerivativeScale {
     /// The difference itself.
     pub const BARE: DerivativeScale = DerivativeScale { share: 1.0, floor: 0.0 };
 
-    /// The floor of methods that have an estimate of their own: none where nothing was measured, or nothing is known.
+    /// The floor of methods that have an estimate of their own: none where nothing was measured, or nothing is known. Their rows have
+    /// no share of a difference that would tell which of them are worse than most.
     pub fn known_floor(&self) -> f64 {
-        if self.floor < 1.0 { self.floor } else { 0.0 }
+        if self.floor < 1.0 { NODE_FLOOR * self.floor } else { 0.0 }
     }
 }
 
