@@ -55,8 +55,6 @@ use rayon::prelude::*;
 
 /// Samples in one call: enough to keep the threads busy.
 const BATCH_SIZE: usize = 1024;
-/// Estimates are so many times what steps and round-off tell: errors of 1.7 times that were seen, of 1e-11.
-const RESERVE: f64 = 3.0;
 /// Columns are integrated to the tolerance of the tip, and the nearer to a fold the worse.
 const COLUMN_SHARE: f64 = 30.0;
 
@@ -105,7 +103,7 @@ impl Reference {
         put(Quantity::TipTangent, &equilibrium.R_tip.map(|row| row[2]));
         put(Quantity::BaseMoment, &equilibrium.m0);
         put(Quantity::Residual, &[equilibrium.residual / self.plan.units.moment()]);
-        put(Quantity::ErrorEstimate, &[RESERVE * equilibrium.error_estimate]);
+        put(Quantity::ErrorEstimate, &[equilibrium.error_estimate]);
         let of_derivatives = COLUMN_SHARE * equilibrium.error_estimate / equilibrium.margin.abs().min(1.0);
         put(Quantity::DerivativeError, &[of_derivatives]);
         put(Quantity::StabilityMargin, &[equilibrium.margin]);

@@ -1,6 +1,6 @@
 //! The size of a column of derivatives, and what rounding does to a small one.
 
-use super::path::SMALL_COLUMN_NOISE;
+use super::path::{SMALL_COLUMN_NOISE, STIFFNESS_NOISE};
 use super::{BLOCK, Parameter, Plan, Quantity, Rod, RodSegment, Scene, Slot, Units};
 
 /// A column smaller than this share of its natural size does next to nothing: errors are measured against that share.
@@ -63,9 +63,8 @@ impl ColumnNoise {
             let of = |quantity: Quantity, axis: usize| columns[quantity.column() + axis][lane];
             let moment = [0, 1, 2].map(|axis| of(Quantity::BaseMoment, axis) / self.units.moment());
             let moment = moment.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let margin = of(Quantity::StabilityMargin, 0).abs().min(1.0);
-            let noise = self.noise * (1.0 + moment) / margin;
-            columns[Quantity::DerivativeError.column()][lane] += noise * larger;
+            // Next to a fold a column grows as its round-off does.
+            columns[Quantity::DerivativeError.column()][lane] += self.noise * (1.0 + moment) * larger;
         }
     }
 }
@@ -78,7 +77,7 @@ fn rounded_size(scene: &Scene, rod: &Rod, parameter: Parameter, units: &Units) -
             Some(RodSegment::Flexible(piece)) => {
                 let (first, axis) = (piece.stiffness, axis.index());
                 let softest = first[axis].min(first[axis] + piece.stiffness_rise[axis]);
-                units.moment() * piece.length / softest.powi(2)
+                STIFFNESS_NOISE * units.moment() * piece.length / softest.powi(2)
             }
             _ => 0.0,
         },
