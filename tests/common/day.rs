@@ -2,8 +2,12 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+/// Days since 1970: the seed of today.
+pub fn today() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400
+}
+
 /// Whether a case, by its number, is among today's: one in so many is.
 pub fn is_of_today(number: usize, parts: usize) -> bool {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock");
-    (number + (since.as_secs() / 86_400) as usize).is_multiple_of(parts)
+    (number + today() as usize).is_multiple_of(parts)
 }

@@ -1,5 +1,6 @@
 //! Rods that engines, or the reference, once led to another branch or past a fold: none does now, by the third judge.
 
+use crate::common::day::today;
 use crate::common::root;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, BackendKind, Precision};
@@ -17,7 +18,6 @@ use rodsweep_bench::random::RandomScenes;
 use rodsweep_bench::verify::{SearchOptions, search_disagreements};
 use serde_json::Value;
 use std::path::PathBuf;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 fn file(name: &str) -> PathBuf {
     root().join("tests/data/jumps").join(name)
@@ -268,7 +268,7 @@ fn few_steps_do_not_hide_that_a_column_has_buckled() {
 /// The third judge cannot decide everything: it may leave two scenes in a thousand, where a rod is at the brink.
 #[test]
 fn scenes_of_the_day_are_right() {
-    let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400;
+    let seed = today();
     let searches = [
         (RandomScenes::Uniform, 1200, None),
         (RandomScenes::Varying, 150, None),

@@ -203,8 +203,8 @@ fn lanes_in_f32_agree_with_the_reference() {
 /// Rod, load, force arm, sensitivity, parameters.
 type GpuCase = (&'static str, &'static str, bool, Sensitivity, Option<&'static [&'static str]>);
 
-/// What of the table the GPU solves, half of it each day, since drivers compile each kernel for seconds: rod, load, whether the force arm
-/// of rigid segments counts, and what to differentiate by, all parameters or some.
+/// The GPU solves these cases of the table, half of them each day, since drivers compile each kernel for seconds. A case is a rod, a
+/// load, whether the force arm of rigid segments counts, and what to differentiate by, all parameters or some.
 ///
 /// Every term, alone where it is easily lost (magnets integrate M without a force, shear of a rod without force) and
 /// together; both sensitivities, with many threes of forward columns and with one; no derivatives; a free distal part.

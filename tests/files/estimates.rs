@@ -1,6 +1,7 @@
 //! Error estimates are bounds where grids tell little: short tapers, magnets near by, loose tolerances. The right values come
 //! from a solver that shares nothing with this program, or from its reference (`tests/data/attack/estimates`).
 
+use crate::common::day::today;
 use crate::common::root;
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
@@ -11,7 +12,6 @@ use rodsweep::table::Table;
 use rodsweep_bench::random::RandomScenes;
 use rodsweep_bench::verify::search_estimates;
 use serde_json::Value;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// An estimate may be so many times below the true error.
 const SLACK: f64 = 1.05;
@@ -155,7 +155,7 @@ fn norm(v: &[f64]) -> f64 {
 /// Random sweeps of the day's seed: no pose is off by more than its estimate, and columns hardly ever are, by little.
 #[test]
 fn of_random_sweeps_of_the_day() {
-    let seed = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs() / 86_400;
+    let seed = today();
     for (kind, rods) in [(RandomScenes::Uniform, 128), (RandomScenes::Sampled, 32)] {
         let found = search_estimates(kind, rods, seed, BackendKind::Cpu, &mut |_| {}).expect("solved");
         let told = format!("verify --random {rods} --seed {seed} --estimates {}\n{}", kind.option(), found.text());

@@ -14,7 +14,7 @@ pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
 /// Round-off of columns over their own size. Kernels tell it over the natural size; a small column is the difference of large
 /// numbers and has the same round-off. Only f32 needs it.
 pub struct ColumnNoise {
-    /// Of a pass, over the size of what is rounded.
+    /// Round-off of a pass, relative to the size of the numbers that are rounded.
     noise: f64,
     units: Units,
     rows: usize,
@@ -28,7 +28,7 @@ struct ColumnSize {
 }
 
 impl ColumnNoise {
-    /// Of rows that were computed with this machine epsilon; `None` where it need not be counted.
+    /// The round-off of a plan's rows, computed with this machine epsilon; `None` in f64 and without derivatives.
     pub fn new(plan: &Plan, epsilon: f64) -> Option<ColumnNoise> {
         let is_single = epsilon > f64::from(f32::EPSILON) / 2.0;
         if !is_single || plan.derivatives.is_empty() {

@@ -317,7 +317,7 @@ impl Stepper {
         }
     }
 
-    /// The same in a uniform field. In f64 no tip needs it.
+    /// Round-off of a pass in a uniform field, over [`ROUND_OFF`]. In f64 no tip needs more than that.
     pub fn uniform_stage_noise(self, epsilon: f64) -> f64 {
         let is_double = epsilon < 1e-12;
         if is_double { 1.0 } else { (0.5 * self.stage_noise()).max(1.0) }
