@@ -36,12 +36,12 @@ pub struct VerifyArguments {
     /// Around each random scene a box of N samples, solved as a sweep
     #[arg(long, value_name = "N", requires = "random", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub around: Option<u64>,
-    /// Number of the first random scene: to repeat one of them
+    /// Number of the first random scene, or sweep with --estimates: to repeat one of them
     #[arg(long, value_name = "K", default_value_t = 0, requires = "random")]
     pub first: u64,
     /// Look for rows that are off by more than their estimates instead: random sweeps of N rods, with short tapers and kinks,
     /// on the CPU engine at loose and at tight tolerances or on a GPU, against grids that are refined until they agree
-    #[arg(long, requires = "random", conflicts_with_all = ["around", "judge", "first"])]
+    #[arg(long, requires = "random", conflicts_with_all = ["around", "judge"])]
     pub estimates: bool,
     /// Ask the judge about every random scene, not only where engine and reference differ
     #[arg(long, requires = "random")]
@@ -100,7 +100,7 @@ fn random(arguments: &VerifyArguments, scenes: u64) -> Result<Exit, CommandError
     say(&format!("seed {seed}"));
     if arguments.estimates {
         let backend = if arguments.backend == Some(VerifyBackend::Gpu) { BackendKind::Gpu } else { BackendKind::Cpu };
-        let found = search_estimates(kind, scenes, seed, backend, &mut say)?;
+        let found = search_estimates(kind, (scenes, arguments.first), seed, backend, &mut say)?;
         print(&if arguments.json { found.json() } else { found.text() })?;
         let files = found.write_figure(&arguments.out).map_err(unwritten)?;
         say(&format!("figure: {}", files[0].display()));

@@ -86,19 +86,21 @@ pub struct Estimates {
     slowest: (u64, f64),
 }
 
-/// Solves random sweeps of `rods` rods each setup of one engine, and compares every row with the truth.
+/// Solves random sweeps of `rods` rods, from sweep number `first` on, in each setup of one engine, and compares every row with
+/// the truth.
 ///
 /// # Errors
 ///
 /// An engine that fails as a whole.
 pub fn search_estimates(
     kind: RandomScenes,
-    rods: u64,
+    (rods, first): (u64, u64),
     seed: u64,
     backend: BackendKind,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Estimates, BenchError> {
     let scenes = rods.div_ceil(ROWS);
+    let last = first.saturating_add(scenes);
     let setups = if backend == BackendKind::Gpu { GPU_SETUPS } else { CPU_SETUPS };
     let mut found = Estimates {
         kind,
@@ -109,8 +111,8 @@ pub fn search_estimates(
         witnessed: (0, 0),
         slowest: (0, 0.0),
     };
-    for start in (0..scenes).step_by(SAY_EACH as usize) {
-        let end = scenes.min(start + SAY_EACH);
+    for start in (first..last).step_by(SAY_EACH as usize) {
+        let end = last.min(start + SAY_EACH);
         for part in examine_each(kind, seed, setups, start..end) {
             let (accounts, witnessed, took) = part?;
             found.accounts.iter_mut().zip(accounts).for_each(|(all, one)| all.add(one));
@@ -119,7 +121,7 @@ pub fn search_estimates(
                 found.slowest = took;
             }
         }
-        progress(&format!("{end} sweeps of {scenes}"));
+        progress(&format!("{} sweeps of {scenes}", end - first));
     }
     Ok(found)
 }
