@@ -374,6 +374,15 @@ pub(crate) fn for_second_attempt(plan: &Plan) -> Plan {
     let stepper = Stepper::Dop853;
     let tolerance = plan.options.tolerance.min(SECOND_TOLERANCE);
     let refinement = plan.options.refinement.max(if plan.terms.taper { ALONG_TAPERS } else { 1 });
-    let options = PlanOptions { tolerance, stepper, steps, refinement, error_share, derivative_scale, ..plan.options };
+    let options = PlanOptions {
+        tolerance,
+        stepper,
+        steps,
+        refinement,
+        error_share,
+        error_floor: 0.0,
+        derivative_scale,
+        ..plan.options
+    };
     plan.with_options(options)
 }

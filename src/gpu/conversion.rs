@@ -57,6 +57,7 @@ impl OutputConversion<'_> {
                 *to = (*from).into() * unit;
             }
         }
+        self.plan.raise_error_estimates(to);
         self.plan.add_base_positions(self.batch, first..first + lanes, to);
         if let Some(noise) = self.column_noise {
             noise.add(to);

@@ -169,6 +169,9 @@ pub struct PilotChoice {
     /// Error of an answer over its difference to the grid of the derivatives, with a reserve: what error estimates use.
     #[serde(default, deserialize_with = "number_or_null")]
     pub error_share: f64,
+    /// Which error estimate a row carries at least.
+    #[serde(default, deserialize_with = "number_or_null")]
+    pub error_floor: f64,
     /// What error estimates of derivatives are made of, with a reserve.
     #[serde(default, with = "ScaleNumbers")]
     pub derivative_scale: DerivativeScale,
@@ -176,7 +179,7 @@ pub struct PilotChoice {
     pub reached: bool,
     /// Samples that converged at both resolutions.
     pub compared: usize,
-    /// Steps and error of every resolution tried.
+    /// Steps and error of every resolution tried: of a few samples where these were off by too much.
     #[serde(deserialize_with = "values_or_null")]
     pub tried: Vec<(usize, f64)>,
 }
@@ -184,8 +187,8 @@ pub struct PilotChoice {
 impl PilotChoice {
     /// The plan's options with what was chosen.
     pub fn options(&self, plan: &Plan) -> PlanOptions {
-        let PilotChoice { stepper, steps, error_share, derivative_scale, .. } = *self;
-        PlanOptions { stepper, steps, error_share, derivative_scale, ..plan.options }
+        let PilotChoice { stepper, steps, error_share, error_floor, derivative_scale, .. } = *self;
+        PlanOptions { stepper, steps, error_share, error_floor, derivative_scale, ..plan.options }
     }
 
     /// One line that says what was picked and why.

@@ -220,6 +220,7 @@ mod tests {
                 steps: 24,
                 tolerance: 1e-6,
                 error_share: 0.5,
+                error_floor: 0.0,
                 derivative_scale: Default::default(),
                 anchors: false,
             };

@@ -27,6 +27,9 @@ pub struct SolutionMethod {
     /// versions began.
     #[serde(default = "usual_error_share")]
     pub error_share: f64,
+    /// Which error estimate a row carries at least; none in what earlier versions began.
+    #[serde(default)]
+    pub error_floor: f64,
     /// What error estimates of derivatives are made of; nothing is known of it in what earlier versions began.
     #[serde(default, with = "ScaleNumbers")]
     pub derivative_scale: DerivativeScale,
@@ -43,15 +46,25 @@ impl SolutionMethod {
 
     /// The same for an engine that is not made yet.
     pub fn by(engine: BackendKind, precision: Precision, plan: &Plan) -> SolutionMethod {
-        let PlanOptions { stepper, steps, tolerance, error_share, derivative_scale, .. } = plan.options;
+        let PlanOptions { stepper, steps, tolerance, error_share, error_floor, derivative_scale, .. } = plan.options;
         let anchors = plan.anchors.is_some();
-        SolutionMethod { engine, precision, stepper, steps, tolerance, error_share, derivative_scale, anchors }
+        SolutionMethod {
+            engine,
+            precision,
+            stepper,
+            steps,
+            tolerance,
+            error_share,
+            error_floor,
+            derivative_scale,
+            anchors,
+        }
     }
 
     /// The options of a plan that follow from it.
     pub fn apply(&self, options: PlanOptions) -> PlanOptions {
-        let SolutionMethod { stepper, steps, tolerance, error_share, derivative_scale, .. } = *self;
-        PlanOptions { stepper, steps, tolerance, error_share, derivative_scale, ..options }
+        let SolutionMethod { stepper, steps, tolerance, error_share, error_floor, derivative_scale, .. } = *self;
+        PlanOptions { stepper, steps, tolerance, error_share, error_floor, derivative_scale, ..options }
     }
 
     /// What differs first between two methods: its name, this one's value, the other's.
@@ -64,6 +77,7 @@ impl SolutionMethod {
                 ("number of steps", method.steps.to_string()),
                 ("tolerance", format!("{:e}", method.tolerance)),
                 ("error share", format!("{:e}", method.error_share)),
+                ("error floor", format!("{:e}", method.error_floor)),
                 ("derivative scale", format!("{:?}", method.derivative_scale)),
                 ("use of anchors", if method.anchors { "auto" } else { "off" }.to_owned()),
             ]

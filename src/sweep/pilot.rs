@@ -7,7 +7,7 @@ use crate::backend::BackendFactory;
 use crate::engines::for_second_attempt;
 use crate::model::path::limp_growth;
 use crate::model::rotation_angle;
-use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Stepper};
+use crate::model::{Batch, Blocks, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use crate::results::PilotChoice;
 use crate::spec::Sampler;
 use crate::spec::Selection;
@@ -15,6 +15,8 @@ use crate::spec::Selection;
 /// Resolutions that are tried.
 pub const STEPS: [usize; 13] = [2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128];
 const SAMPLES: u64 = 64;
+/// A resolution is tried on so many of them first: steps that do not see the rod take far longer than those that do.
+const FEW: usize = 8;
 /// The error of an answer is taken to be so many times the largest share of the grids' difference that the pilot has seen.
 const RESERVE: f64 = 4.0;
 /// That of an answer of which one on twice the steps is known, over their difference.
@@ -24,6 +26,8 @@ const TRUTH_STEPS: usize = 8;
 const TRUTH_REFINEMENTS: [usize; 5] = [1, 2, 4, 8, 16];
 /// They agree where tips differ by less than this share of the tolerance, and columns by less than this share of theirs.
 const AGREEMENT: f64 = 0.02;
+/// The truth's doubt may be so much of an error of derivatives.
+const MOST_DOUBT: f64 = 0.2;
 /// Tips are never asked to agree better, nor is a smaller error measured.
 const ROUND_OFF: f64 = 1e-12;
 /// The truth takes at least so many times the steps of what is measured against it.
@@ -32,6 +36,14 @@ const TRUTH_LEAD: usize = 2;
 const TRUTH_TOLERANCE: f64 = 1e-12;
 /// At least that share, whatever the pilot has seen.
 const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// Error estimates of tips are at least so many times the pilot's median: along a sweep the difference between two grids may pass
+/// through zero where the error does not.
+const TIP_FLOOR: f64 = 2.0;
+/// And so many times what 95 % of its samples are below, up to so many medians,
+const TIP_TAIL: f64 = 1.5;
+const MOST_TIP_MEDIANS: f64 = 6.0;
+/// and at most so much of the tolerance.
+const MOST_OF_TOLERANCE: f64 = 0.75;
 /// The error of derivatives is taken to be so many times the pilot's median.
 const DERIVATIVE_RESERVE: f64 = 6.0;
 /// Or so many times the largest share of its bare difference among samples above that: of 65,536 rows, five had more than
@@ -97,10 +109,10 @@ pub fn measure_errors(plan: &Plan, sampler: &Sampler, factory: BackendFactory) -
     let batch = pilot_batch(plan, sampler);
     let steps = plan.options.steps;
     let mut truth = Truth::new(plan, &batch, factory);
-    truth.lead(steps)?;
-    let trial = Trial::new(plan, &batch, steps, &solved(plan, steps, &batch, factory)?, &truth);
+    let trial = truth.trial_of_all(plan, steps)?;
     let error_share = if trial.compared > 0 { trial.error_share } else { plan.options.error_share };
-    Ok(PlanOptions { error_share, derivative_scale: trial.derivative_scale, ..plan.options })
+    let Trial { error_floor, derivative_scale, .. } = trial;
+    Ok(PlanOptions { error_share, error_floor, derivative_scale, ..plan.options })
 }
 
 /// Some samples of a sweep, always the same.
@@ -119,11 +131,13 @@ fn all_by_nodes(plan: &Plan, batch: &Batch) -> bool {
     !plan.terms.varying_field && (0..batch.sample_count()).all(|sample| batch.bad[sample] || is_limp(sample))
 }
 
-/// Solves them on so many steps, with estimates that are bare differences.
-fn solved(plan: &Plan, steps: usize, batch: &Batch, factory: BackendFactory) -> Result<Solutions, BackendError> {
-    let bare = DerivativeScale::BARE;
-    let options = PlanOptions { steps, error_share: 1.0, derivative_scale: bare, ..plan.options };
-    factory(&plan.with_options(options))?.solve(batch)
+/// These samples of a batch.
+fn of_samples(batch: &Batch, samples: &[usize]) -> Batch {
+    let mut inputs = Blocks::new(batch.inputs.column_count(), samples.len());
+    for (row, sample) in samples.iter().enumerate() {
+        (0..inputs.column_count()).for_each(|column| inputs.set(row, column, batch.inputs.get(*sample, column)));
+    }
+    Batch { inputs, bad: samples.iter().map(|sample| batch.bad[*sample]).collect() }
 }
 
 /// Answers on grids that are refined until two of them agree.
@@ -148,25 +162,77 @@ impl<'a> Truth<'a> {
 
     /// Refines until the truth is ahead of so many steps and two grids agree, or there is no finer one.
     fn lead(&mut self, steps: usize) -> Result<(), BackendError> {
-        while let Some(refinement) = TRUTH_REFINEMENTS.get(self.grids) {
+        loop {
             let is_ahead = self.grids > 1 && TRUTH_STEPS * TRUTH_REFINEMENTS[self.grids - 1] >= TRUTH_LEAD * steps;
-            if is_ahead && self.agrees() {
-                break;
+            if is_ahead && self.agrees() || !self.refine()? {
+                return Ok(());
             }
-            let (plan, usual) = (self.plan, self.plan.options);
-            let tolerance = usual.tolerance.min(TRUTH_TOLERANCE);
-            let (stepper, steps, refinement) = (Stepper::Dop853, TRUTH_STEPS, *refinement);
-            let options = PlanOptions { stepper, steps, refinement, tolerance, ..usual };
-            let finer = (self.factory)(&plan.with_options(options))?.solve(self.batch)?;
-            let coarser = std::mem::replace(&mut self.solutions, finer);
-            if self.grids > 0 {
-                let scales = ColumnScales::of_each(plan, &self.solutions);
-                let of_sample = |at| apart(plan, self.batch, &scales, (&coarser, &self.solutions), at);
-                self.doubt = (0..self.batch.sample_count()).map(of_sample).collect();
-            }
-            self.grids += 1;
         }
-        Ok(())
+    }
+
+    /// Takes the next grid; false where there is no finer one.
+    fn refine(&mut self) -> Result<bool, BackendError> {
+        let Some(&refinement) = TRUTH_REFINEMENTS.get(self.grids) else { return Ok(false) };
+        let (plan, usual) = (self.plan, self.plan.options);
+        let tolerance = usual.tolerance.min(TRUTH_TOLERANCE);
+        let (stepper, steps) = (Stepper::Dop853, TRUTH_STEPS);
+        let options = PlanOptions { stepper, steps, refinement, tolerance, ..usual };
+        let finer = (self.factory)(&plan.with_options(options))?.solve(self.batch)?;
+        let coarser = std::mem::replace(&mut self.solutions, finer);
+        if self.grids > 0 {
+            let scales = ColumnScales::of_each(plan, &self.solutions);
+            let of_sample = |at| apart(plan, self.batch, &scales, (&coarser, &self.solutions), at);
+            self.doubt = (0..self.batch.sample_count()).map(of_sample).collect();
+        }
+        self.grids += 1;
+        Ok(true)
+    }
+
+    /// Samples whose answers are known.
+    fn known(&self) -> Vec<usize> {
+        let is_known = |at: &usize| self.solutions.status(*at).is_success() && self.doubt[*at].0.is_finite();
+        (0..self.batch.sample_count()).filter(is_known).collect()
+    }
+
+    /// Answers of a plan with other options to some of the samples.
+    fn solve(&self, plan: &Plan, options: PlanOptions, samples: &[usize]) -> Result<Solutions, BackendError> {
+        (self.factory)(&plan.with_options(options))?.solve(&of_samples(self.batch, samples))
+    }
+
+    /// On so many steps, with estimates that are bare differences, in the samples' own rows; others stay pending.
+    fn answers(&self, plan: &Plan, steps: usize, samples: &[usize]) -> Result<Solutions, BackendError> {
+        let bare = DerivativeScale::BARE;
+        let options = PlanOptions { steps, error_share: 1.0, error_floor: 0.0, derivative_scale: bare, ..plan.options };
+        let rows = self.solve(plan, options, samples)?;
+        let mut all = Solutions::new(plan, self.batch.sample_count());
+        (0..self.batch.sample_count()).for_each(|sample| all.set_status(sample, Status::Pending));
+        samples.iter().enumerate().for_each(|(row, sample)| all.copy_row(*sample, &rows, row));
+        Ok(all)
+    }
+
+    /// What answers of a plan on so many steps are worth. Where a few samples tell that they will not do, it is of those.
+    fn trial(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
+        self.lead(steps)?;
+        let known = self.known();
+        if known.len() > FEW {
+            let few: Vec<usize> = (0..FEW).map(|k| known[k * known.len() / FEW]).collect();
+            let trial = Trial::new(plan, self.batch, steps, &self.answers(plan, steps, &few)?, self);
+            if trial.is_hopeless(&plan.options, known.len()) {
+                return Ok(Trial { is_of_few: true, ..trial });
+            }
+        }
+        self.trial_of_all(plan, steps)
+    }
+
+    /// The same by all samples whose answers are known. Where errors are the truth's own doubt, one grid more tells.
+    fn trial_of_all(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
+        self.lead(steps)?;
+        let ours = self.answers(plan, steps, &self.known())?;
+        let trial = Trial::new(plan, self.batch, steps, &ours, self);
+        if trial.meets(&plan.options) && trial.is_drowned() && self.refine()? {
+            return Ok(Trial::new(plan, self.batch, steps, &ours, self));
+        }
+        Ok(trial)
     }
 
     fn agrees(&self) -> bool {
@@ -217,7 +283,6 @@ pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> 
 
 /// The same against a truth that is known, perhaps of another method.
 fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, BackendError> {
-    let (batch, factory) = (truth.batch, truth.factory);
     let mut trials: Vec<Trial> = Vec::new();
     let mut best: Option<PilotChoice> = None;
     let again = stages(&for_second_attempt(plan)) as f64;
@@ -226,12 +291,11 @@ fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, Backend
         if best.as_ref().is_some_and(|best| best.work <= stages(&at) as f64) {
             break;
         }
-        truth.lead(steps)?;
-        trials.push(Trial::new(plan, batch, steps, &solved(plan, steps, batch, factory)?, truth));
+        trials.push(truth.trial(plan, steps)?);
         let last = &trials[trials.len() - 1];
         if last.meets(&plan.options) {
             let mut choice = last.choice(plan, &trials, true);
-            let rows = factory(&plan.with_options(choice.options(plan)))?.solve(batch)?;
+            let rows = truth.solve(plan, choice.options(plan), &truth.known())?;
             choice.work += again * doubtful_share(&rows, plan.options.tolerance);
             if best.as_ref().is_none_or(|best| choice.work < best.work) {
                 best = Some(choice);
@@ -240,6 +304,9 @@ fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, Backend
     }
     if let Some(best) = best {
         return Ok(best);
+    }
+    for trial in trials.iter_mut().filter(|trial| trial.is_of_few) {
+        *trial = truth.trial_of_all(plan, trial.steps)?;
     }
     let known = || trials.iter().filter(|trial| trial.compared > 0);
     let least = known().map(|trial| trial.error).fold(f64::INFINITY, f64::min);
@@ -266,8 +333,16 @@ struct Trial {
     derivative_error: f64,
     /// See [`PlanOptions::error_share`], with a reserve.
     error_share: f64,
+    /// See [`PlanOptions::error_floor`].
+    error_floor: f64,
     /// With a reserve, too.
     derivative_scale: DerivativeScale,
+    /// Error of derivatives of the middle sample, and how much of that is doubt of the truth.
+    columns: (f64, f64),
+    /// Samples whose derivatives are off by more than is allowed.
+    beyond: usize,
+    /// Of a few samples, which told enough.
+    is_of_few: bool,
 }
 
 /// Of the samples that are solved, those whose error estimate is above the tolerance.
@@ -279,18 +354,17 @@ fn doubtful_share(rows: &Solutions, tolerance: f64) -> f64 {
 
 impl Trial {
     fn new(plan: &Plan, batch: &Batch, steps: usize, ours: &Solutions, truth: &Truth) -> Trial {
-        let is_known = |at: usize| truth.solutions.status(at).is_success() && truth.doubt[at].0.is_finite();
-        let is_compared = |at: &usize| ours.status(*at).is_success() && is_known(*at);
-        let samples: Vec<usize> = (0..ours.sample_count()).filter(is_compared).collect();
+        let samples: Vec<usize> = truth.known().into_iter().filter(|at| ours.status(*at).is_success()).collect();
         let scales = ColumnScales::of_each(plan, &truth.solutions);
         let (mut error, mut share) = (0.0f64, None);
-        let (mut columns, mut bare) = (Vec::new(), Vec::new());
+        let (mut tips, mut columns, mut bare) = (Vec::new(), Vec::new(), Vec::new());
         for &at in &samples {
             let (tip, column) = apart(plan, batch, &scales, (ours, &truth.solutions), at);
             // An error below the truth's own doubt, or in its round-off, is no share of anything.
             let is_told = tip > truth.doubt[at].0.max(ROUND_OFF);
             let (tip, column) = (tip + truth.doubt[at].0, column + truth.doubt[at].1);
             error = error.max(tip);
+            tips.push(tip);
             columns.push(column);
             bare.push(ours.get(at, Quantity::DerivativeError));
             if is_told {
@@ -298,10 +372,27 @@ impl Trial {
                 share = Some(share.unwrap_or(LEAST_SHARE).max(of_sample));
             }
         }
+        let error_floor = tip_floor(tips).min(MOST_OF_TOLERANCE * plan.options.tolerance);
+        let error = if samples.is_empty() { f64::NAN } else { error };
         let derivative_scale = derivative_scale(&columns, &bare);
+        let doubts = distribution(samples.iter().map(|at| truth.doubt[*at].1).collect());
+        let middle = (distribution(columns.clone()).median, doubts.median);
+        let beyond = columns.iter().filter(|error| **error > plan.options.derivative_tolerance).count();
         let derivative_error = distribution(columns).p95;
-        let error_share = share.unwrap_or(plan.options.error_share);
-        Trial { steps, compared: samples.len(), error, derivative_error, error_share, derivative_scale }
+        let (compared, error_share) = (samples.len(), share.unwrap_or(plan.options.error_share));
+        let is_of_few = false;
+        Trial {
+            steps,
+            compared,
+            error,
+            derivative_error,
+            error_share,
+            error_floor,
+            derivative_scale,
+            columns: middle,
+            beyond,
+            is_of_few,
+        }
     }
 
     fn meets(&self, options: &PlanOptions) -> bool {
@@ -309,8 +400,19 @@ impl Trial {
         self.compared > 0 && self.error < 0.5 * tolerance && self.derivative_error <= derivative_tolerance
     }
 
+    /// Whether a few of so many samples tell that all of them would not meet the tolerances.
+    fn is_hopeless(&self, options: &PlanOptions, samples: usize) -> bool {
+        self.compared == 0 || self.error >= 0.5 * options.tolerance || self.beyond * 20 > samples
+    }
+
+    /// Whether doubt is much of what was measured of derivatives.
+    fn is_drowned(&self) -> bool {
+        let (error, doubt) = self.columns;
+        doubt > ROUND_OFF && doubt > MOST_DOUBT * error
+    }
+
     fn choice(&self, plan: &Plan, trials: &[Trial], reached: bool) -> PilotChoice {
-        let Trial { steps, compared, error, derivative_error, error_share, derivative_scale, .. } = *self;
+        let Trial { steps, compared, error, derivative_error, error_share, error_floor, derivative_scale, .. } = *self;
         let PlanOptions { tolerance, derivative_tolerance, stepper, .. } = plan.options;
         let stages = stages(&plan.with_options(PlanOptions { steps, ..plan.options }));
         PilotChoice {
@@ -323,12 +425,19 @@ impl Trial {
             derivative_error: if plan.derivatives.is_empty() { None } else { Some(derivative_error) },
             derivative_tolerance,
             error_share,
+            error_floor,
             derivative_scale,
             reached,
             compared,
             tried: trials.iter().map(|trial| (trial.steps, trial.error)).collect(),
         }
     }
+}
+
+/// From the errors of tips.
+fn tip_floor(errors: Vec<f64>) -> f64 {
+    let spread = distribution(errors);
+    (TIP_FLOOR * spread.median).max((TIP_TAIL * spread.p95).min(MOST_TIP_MEDIANS * spread.median))
 }
 
 /// From the errors of derivatives and the bare differences of the pilot's samples. Without either it says nothing.

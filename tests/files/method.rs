@@ -75,6 +75,7 @@ fn who_resumes_does_as_the_run_was_begun() {
         steps: 11,
         tolerance: spec().tolerance,
         error_share: 0.5,
+        error_floor: 1e-8,
         derivative_scale: DerivativeScale { share: 10.0, floor: 1e-5 },
         anchors: false,
     };
@@ -194,6 +195,7 @@ fn a_shard_by_the_method_of_another_merges_to_the_whole() {
         steps: 9,
         tolerance: 2e-5,
         error_share: 0.5,
+        error_floor: 1e-8,
         derivative_scale: DerivativeScale { share: 10.0, floor: 1e-5 },
         anchors: false,
     };

@@ -268,6 +268,7 @@ impl Lanes {
                 to[usize::from(*place)] = value.to_f64() * scale;
             }
         }
+        self.plan.raise_error_estimates(out);
         self.plan.add_base_positions(batch, samples.iter().copied(), out);
         if let Some(noise) = &self.column_noise {
             noise.add(out);

@@ -12,8 +12,8 @@ use super::rod::Rod;
 use super::stability::{margin, squared_norm};
 use crate::model::DerivativeScale;
 use crate::model::path::{
-    ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, COLUMN_NOISE, DIFFERENCE, GROWTH_NOISE, ROUND_OFF,
-    SECOND_ORDER,
+    ANCHOR_CONTRACTION, ANCHOR_TRUST, CHORD_LIMIT, CHORD_TRUST, COLUMN_NOISE, DIFFERENCE, GROWTH_NOISE, LITTLE_TURN,
+    ROUND_OFF, SECOND_ORDER,
 };
 
 /// What a pass on twice the fine steps found, and from which base moment.
@@ -138,13 +138,16 @@ pub fn answer<L: Lane>(
     let difference = dp.max(length(d1 - fine_d1)).max(length(t - fine_t));
     let columns = transpose(by_moment.w * *w_inverse);
     let responses = one + length(columns.x) + length(columns.y) + length(columns.z);
-    let amplification = responses * (one + length(check.m0));
-    let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
-    let is_rounded = difference.lt(round_off * one.constant(program.rounded));
+    let bend = length(check.m0);
+    let amplification = responses * (one + bend);
+    let rounding = one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let is_rounded = difference.lt(amplification * rounding * one.constant(program.rounded));
     let share = L::select(is_rounded, one, one.constant(program.error_share));
     let (turn, off) = (by_moment.w * delta, answer - m0);
     let second_order = dot(turn, turn).mul_add(one.constant(SECOND_ORDER), amplification * dot(delta, delta));
-    let round_off = round_off * one.constant(program.stage_noise);
+    let far = (bend - one.constant(LITTLE_TURN)).max(one.constant(0.0));
+    let near = amplification * one.constant(program.stage_noise);
+    let round_off = far.mul_add(responses * one.constant(program.bend_noise), near) * rounding;
     let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
     // Columns are those at the base moment `m0`.
     let margin = margin(w_inverse);

@@ -140,6 +140,8 @@ pub struct Program {
     pub rounded: f64,
     /// See [`Stepper::stage_noise`](crate::model::Stepper::stage_noise).
     pub stage_noise: f64,
+    /// See [`Stepper::bend_noise`](crate::model::Stepper::bend_noise).
+    pub bend_noise: f64,
     /// What error estimates of derivatives are made of.
     pub derivative_scale: DerivativeScale,
 }
@@ -225,6 +227,7 @@ impl Program {
             } else {
                 stepper.uniform_stage_noise(epsilon)
             },
+            bend_noise: stepper.bend_noise(),
             derivative_scale: plan.options.derivative_scale,
         }
     }

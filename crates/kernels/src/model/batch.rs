@@ -46,6 +46,15 @@ impl Plan {
         Batch { inputs, bad }
     }
 
+    /// Raises the error estimates of a block of rows, column by column, to [`PlanOptions::error_floor`](super::PlanOptions::error_floor).
+    pub fn raise_error_estimates(&self, block: &mut [f64]) {
+        let (first, floor) = (Quantity::ErrorEstimate.column() * BLOCK, self.options.error_floor);
+        block[first..first + BLOCK]
+            .iter_mut()
+            .filter(|estimate| **estimate < floor)
+            .for_each(|estimate| *estimate = floor);
+    }
+
     /// Adds the positions of bases to the tips of a block of rows, column by column, in SI; `samples` are those of its rows in
     /// order. What this rounds counts in their error estimates.
     pub fn add_base_positions(&self, batch: &Batch, samples: impl Iterator<Item = usize> + Clone, block: &mut [f64]) {

@@ -183,6 +183,8 @@ const TURN_SHARE: f64 = 0.1;
 pub const SECOND_ORDER: f64 = 2.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
+/// A rod that bends by more (plan units of moment, about radians) has more of it: see [`Stepper::bend_noise`].
+pub const LITTLE_TURN: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;
 /// Round-off in f32 of the numbers that a column is made of, in units of epsilon, over the column's own size.
@@ -238,8 +240,9 @@ pub const NODE_ENOUGH: f64 = 3.0;
 pub fn node_columns_good(good: f64, epsilon: f64) -> f64 {
     (3e8 * good * good).clamp(NODE_GOOD, 3e-4).max(4096.0 * epsilon)
 }
-/// The error of an answer over its change from the level before: less than a hundredth where steps are short enough.
-pub const NODE_ERROR_SHARE: f64 = 0.3;
+/// The error of an answer over its change from the level before: less than a hundredth where steps are short enough, 0.4 along
+/// short tapers.
+pub const NODE_ERROR_SHARE: f64 = 0.6;
 /// The error of a column over the difference of those by tip moment.
 pub const NODE_COLUMNS_ERROR: f64 = 4.0;
 /// What integrals along the rod are off by, relative to them, on so many steps between two nodes: products of responses grow
@@ -321,6 +324,16 @@ impl Stepper {
     pub fn uniform_stage_noise(self, epsilon: f64) -> f64 {
         let is_double = epsilon < 1e-12;
         if is_double { 1.0 } else { (0.5 * self.stage_noise()).max(1.0) }
+    }
+
+    /// Round-off of a pass in a uniform field, over [`ROUND_OFF`], of what a rod bends beyond [`LITTLE_TURN`]: about an eighth of the sum
+    /// of a method's coefficients over a stage (see [`Stepper::stage_noise`]). Rods in f32 that turn by 16 rad in a few steps need 5.
+    pub fn bend_noise(self) -> f64 {
+        match self {
+            Stepper::Rk4 | Stepper::Tp6 => 0.0,
+            Stepper::Tp7 => 6.0,
+            Stepper::Dop853 => 12.0,
+        }
     }
 
     /// Steps over a segment while following the path, where the answer takes `steps`.

@@ -18,6 +18,8 @@ pub struct PlanOptions {
     pub refinement: usize,
     /// Error of an answer, which comes from twice the steps, over its difference to one on the steps: at most so much.
     pub error_share: f64,
+    /// And at least so much: along a sweep the difference may pass through zero where the error does not.
+    pub error_floor: f64,
     /// What error estimates of derivatives are made of.
     pub derivative_scale: DerivativeScale,
     /// How derivatives are computed.
@@ -52,6 +54,7 @@ impl Default for PlanOptions {
             steps: 6,
             refinement: 1,
             error_share: ERROR_SHARE,
+            error_floor: 0.0,
             derivative_scale: DerivativeScale::default(),
             sensitivity: Sensitivity::Auto,
             pace: 1.0,
