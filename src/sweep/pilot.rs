@@ -380,7 +380,6 @@ impl Trial {
         let beyond = columns.iter().filter(|error| **error > plan.options.derivative_tolerance).count();
         let derivative_error = distribution(columns).p95;
         let (compared, error_share) = (samples.len(), share.unwrap_or(plan.options.error_share));
-        let is_of_few = false;
         Trial {
             steps,
             compared,
@@ -391,7 +390,7 @@ impl Trial {
             derivative_scale,
             columns: middle,
             beyond,
-            is_of_few,
+            is_of_few: false,
         }
     }
 
