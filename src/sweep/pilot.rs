@@ -39,10 +39,10 @@ const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// Error estimates of tips are at least so many times the pilot's median: along a sweep the difference between two grids may pass
 /// through zero where the error does not.
 const TIP_FLOOR: f64 = 2.0;
-/// And so many times what 95 % of its samples are below, up to so many medians,
+/// Error estimates of tips are at least so many times what 95 % of the pilot's samples are below, up to so many medians.
 const TIP_TAIL: f64 = 1.5;
 const MOST_TIP_MEDIANS: f64 = 6.0;
-/// and at most so much of the tolerance.
+/// The floor of error estimates of tips is at most so much of the tolerance.
 const MOST_OF_TOLERANCE: f64 = 0.75;
 /// The error of derivatives is taken to be so many times the pilot's median.
 const DERIVATIVE_RESERVE: f64 = 6.0;

@@ -183,7 +183,7 @@ const TURN_SHARE: f64 = 0.1;
 pub const SECOND_ORDER: f64 = 2.0;
 /// Round-off of a pass, in units of the number format's epsilon.
 pub const ROUND_OFF: f64 = 4.0;
-/// A rod that bends by more (plan units of moment, about radians) has more of it: see [`Stepper::bend_noise`].
+/// Above this base moment (plan units, about the angle by which a rod turns) round-off grows faster: see [`Stepper::bend_noise`].
 pub const LITTLE_TURN: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;

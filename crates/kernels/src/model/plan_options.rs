@@ -18,7 +18,7 @@ pub struct PlanOptions {
     pub refinement: usize,
     /// Error of an answer, which comes from twice the steps, over its difference to one on the steps: at most so much.
     pub error_share: f64,
-    /// And at least so much: along a sweep the difference may pass through zero where the error does not.
+    /// Error estimates are at least this: along a sweep the difference between grids may pass through zero where the error does not.
     pub error_floor: f64,
     /// What error estimates of derivatives are made of.
     pub derivative_scale: DerivativeScale,
