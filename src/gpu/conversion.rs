@@ -26,15 +26,6 @@ pub(super) fn pack(inputs: &Blocks<f64>, blocks: Range<usize>, units: &[f64], pr
     packed
 }
 
-/// Some samples of a batch.
-pub(super) fn gathered(batch: &Batch, samples: &[usize]) -> Batch {
-    let mut inputs = Blocks::new(batch.inputs.column_count(), samples.len());
-    for (to, from) in samples.iter().enumerate() {
-        (0..inputs.column_count()).for_each(|column| inputs.set(to, column, batch.inputs.get(*from, column)));
-    }
-    Batch { inputs, bad: samples.iter().map(|sample| batch.bad[*sample]).collect() }
-}
-
 /// How one dispatch's outputs become solutions of a batch.
 pub(super) struct OutputConversion<'a> {
     pub plan: &'a Plan,

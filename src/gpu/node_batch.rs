@@ -2,7 +2,6 @@
 //!
 //! What the device has no room for stays as it is, for the CPU.
 
-use super::conversion::gathered;
 use super::device::failed;
 use super::dispatcher::Dispatcher;
 use super::growth::grown_samples;
@@ -50,7 +49,7 @@ pub(super) fn solve_grown(
             let samples: Vec<usize> = group.iter().map(|at| grown[*at].sample).collect();
             let found = match group.len() {
                 0 => None,
-                count => solve_group(dispatcher, &gathered(batch, &samples), bounds[first + count - 1], pace)?,
+                count => solve_group(dispatcher, &batch.gathered(&samples), bounds[first + count - 1], pace)?,
             };
             let Some(found) = found else {
                 if group.len() > ALIGNMENT {

@@ -1,6 +1,5 @@
 //! Samples in a field that varies in space: turn by turn, as many at once as the device has memory for.
 
-use super::conversion::gathered;
 use super::device::failed;
 use super::dispatcher::Dispatcher;
 use super::pipelines::{Solver, TurnPipeline};
@@ -27,7 +26,7 @@ pub(super) fn solve_varying(dispatcher: &mut Dispatcher, batch: &Batch) -> Resul
     let (mut first, mut most) = (0, most_samples(dispatcher, turns.sample_bytes).max(1));
     while first < batch.sample_count() {
         let samples: Vec<usize> = (first..batch.sample_count().min(first + most)).collect();
-        match run(dispatcher, &turns, &gathered(batch, &samples)) {
+        match run(dispatcher, &turns, &batch.gathered(&samples)) {
             Err(BackendError::OutOfMemory { .. }) if most > ALIGNMENT => most /= 2,
             Err(error) => return Err(error),
             Ok(found) => {

@@ -7,7 +7,7 @@ use crate::backend::BackendFactory;
 use crate::engines::for_second_attempt;
 use crate::model::path::limp_growth;
 use crate::model::rotation_angle;
-use crate::model::{Batch, Blocks, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
+use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use crate::results::PilotChoice;
 use crate::spec::Sampler;
 use crate::spec::Selection;
@@ -131,15 +131,6 @@ fn all_by_nodes(plan: &Plan, batch: &Batch) -> bool {
     !plan.terms.varying_field && (0..batch.sample_count()).all(|sample| batch.bad[sample] || is_limp(sample))
 }
 
-/// These samples of a batch.
-fn of_samples(batch: &Batch, samples: &[usize]) -> Batch {
-    let mut inputs = Blocks::new(batch.inputs.column_count(), samples.len());
-    for (row, sample) in samples.iter().enumerate() {
-        (0..inputs.column_count()).for_each(|column| inputs.set(row, column, batch.inputs.get(*sample, column)));
-    }
-    Batch { inputs, bad: samples.iter().map(|sample| batch.bad[*sample]).collect() }
-}
-
 /// Answers on grids that are refined until two of them agree.
 struct Truth<'a> {
     plan: &'a Plan,
@@ -196,7 +187,7 @@ impl<'a> Truth<'a> {
 
     /// Answers of a plan with other options to some of the samples.
     fn solve(&self, plan: &Plan, options: PlanOptions, samples: &[usize]) -> Result<Solutions, BackendError> {
-        (self.factory)(&plan.with_options(options))?.solve(&of_samples(self.batch, samples))
+        (self.factory)(&plan.with_options(options))?.solve(&self.batch.gathered(samples))
     }
 
     /// On so many steps, with estimates that are bare differences, in the samples' own rows; others stay pending.
@@ -210,7 +201,7 @@ impl<'a> Truth<'a> {
         Ok(all)
     }
 
-    /// What answers of a plan on so many steps are worth. Where a few samples tell that they will not do, it is of those.
+    /// Tries a plan on so many steps. A trial whose first few samples show that the tolerances will be missed is of those alone.
     fn trial(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
         self.lead(steps)?;
         let known = self.known();
@@ -224,7 +215,8 @@ impl<'a> Truth<'a> {
         self.trial_of_all(plan, steps)
     }
 
-    /// The same by all samples whose answers are known. Where errors are the truth's own doubt, one grid more tells.
+    /// Tries a plan on so many steps by every known sample. Where the truth's doubt makes up much of the measured error, the truth is
+    /// refined once more.
     fn trial_of_all(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
         self.lead(steps)?;
         let ours = self.answers(plan, steps, &self.known())?;
@@ -341,7 +333,7 @@ struct Trial {
     columns: (f64, f64),
     /// Samples whose derivatives are off by more than is allowed.
     beyond: usize,
-    /// Of a few samples, which told enough.
+    /// Whether the trial solved only its first few samples, since these missed the tolerances.
     is_of_few: bool,
 }
 

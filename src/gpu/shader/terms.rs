@@ -172,9 +172,6 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
 
 /// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
 fn add_path(s: &mut Specialisation, plan: &Plan, most_passes: f64) {
-    let stepper = plan.options.stepper;
-    let in_uniform = stepper.uniform_stage_noise(s.precision.epsilon());
-    let stage_noise = if plan.terms.varying_field { stepper.stage_noise() } else { in_uniform };
     let numbers = [
         ("PATH_TOLERANCE", path::PATH_TOLERANCE),
         ("CONTRACTION", path::CONTRACTION),
@@ -217,7 +214,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan, most_passes: f64) {
         ("COLUMN_NOISE", path::COLUMN_NOISE),
         ("NODE_FLOOR", path::NODE_FLOOR),
         ("FIELD_COLUMN_NOISE", path::FIELD_COLUMN_NOISE),
-        ("STAGE_NOISE", stage_noise),
+        ("STAGE_NOISE", plan.stage_noise(s.precision.epsilon())),
         ("BEND_NOISE", plan.options.stepper.bend_noise()),
         ("LITTLE_TURN", path::LITTLE_TURN),
         ("GROWTH_NOISE", path::GROWTH_NOISE),

@@ -138,7 +138,7 @@ pub struct Program {
     pub error_share: f64,
     /// Differences below so many times what round-off can do are round-off alone.
     pub rounded: f64,
-    /// See [`Stepper::stage_noise`](crate::model::Stepper::stage_noise).
+    /// See [`Plan::stage_noise`].
     pub stage_noise: f64,
     /// See [`Stepper::bend_noise`](crate::model::Stepper::bend_noise).
     pub bend_noise: f64,
@@ -222,11 +222,7 @@ impl Program {
             turn_tolerance: turn_tolerance(newton_tolerance, plan.column_tolerance()),
             error_share: plan.options.error_share,
             rounded: rounded(epsilon, plan.step_count()),
-            stage_noise: if plan.terms.varying_field {
-                stepper.stage_noise()
-            } else {
-                stepper.uniform_stage_noise(epsilon)
-            },
+            stage_noise: plan.stage_noise(epsilon),
             bend_noise: stepper.bend_noise(),
             derivative_scale: plan.options.derivative_scale,
         }

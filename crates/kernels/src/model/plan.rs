@@ -191,6 +191,15 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// Some samples of it, in this order.
+    pub fn gathered(&self, samples: &[usize]) -> Batch {
+        let mut inputs = Blocks::new(self.inputs.column_count(), samples.len());
+        for (to, from) in samples.iter().enumerate() {
+            (0..inputs.column_count()).for_each(|column| inputs.set(to, column, self.inputs.get(*from, column)));
+        }
+        Batch { inputs, bad: samples.iter().map(|sample| self.bad[*sample]).collect() }
+    }
+
     /// Rows of the inputs.
     pub fn sample_count(&self) -> usize {
         self.bad.len()
@@ -313,6 +322,12 @@ impl Plan {
     /// The target error of derivatives, where there are any.
     pub fn column_tolerance(&self) -> Option<f64> {
         (!self.derivatives.is_empty()).then_some(self.options.derivative_tolerance)
+    }
+
+    /// Round-off of a pass over [`ROUND_OFF`](super::path::ROUND_OFF), in numbers of this machine epsilon.
+    pub fn stage_noise(&self, epsilon: f64) -> f64 {
+        let stepper = self.options.stepper;
+        if self.terms.varying_field { stepper.stage_noise() } else { stepper.uniform_stage_noise(epsilon) }
     }
 
     /// Into how many parts rules along rigid segments cut each: one, where steps are as long as usual.
