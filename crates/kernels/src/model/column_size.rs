@@ -11,8 +11,8 @@ pub fn natural_size(scene: &Scene, parameter: Parameter, units: &Units) -> f64 {
     parameter.chain(scene).iter().map(|(slot, rate)| (rate / slot.unit(units)).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Round-off of columns over their own size. Kernels tell it over the natural size; a small column is the difference of large
-/// numbers and has the same round-off. Only f32 needs it.
+/// Round-off of columns, and what the residual does to them, over their own size. Kernels tell both over the natural size; a small
+/// column is the difference of large numbers and is off by as much. Only f32 needs it.
 pub struct ColumnNoise {
     /// Round-off of a pass, relative to the size of the numbers that are rounded.
     noise: f64,
@@ -63,8 +63,10 @@ impl ColumnNoise {
             let of = |quantity: Quantity, axis: usize| columns[quantity.column() + axis][lane];
             let moment = [0, 1, 2].map(|axis| of(Quantity::BaseMoment, axis) / self.units.moment());
             let moment = moment.iter().map(|x| x * x).sum::<f64>().sqrt();
-            // Next to a fold a column grows as its round-off does.
-            columns[Quantity::DerivativeError.column()][lane] += self.noise * (1.0 + moment) * larger;
+            // Next to a fold a column grows as its round-off does. What is left of the residual moves the base moment, more so there.
+            let margin = of(Quantity::StabilityMargin, 0).abs().clamp(SMALL_COLUMN, 1.0);
+            let left = of(Quantity::Residual, 0) / margin;
+            columns[Quantity::DerivativeError.column()][lane] += (self.noise * (1.0 + moment) + left) * larger;
         }
     }
 }
@@ -77,11 +79,24 @@ fn rounded_size(scene: &Scene, rod: &Rod, parameter: Parameter, units: &Units) -
             Some(RodSegment::Flexible(piece)) => {
                 let (first, axis) = (piece.stiffness, axis.index());
                 let softest = first[axis].min(first[axis] + piece.stiffness_rise[axis]);
-                STIFFNESS_NOISE * units.moment() * piece.length / softest.powi(2)
+                unevenness(rod).min(STIFFNESS_NOISE) * units.moment() * piece.length / softest.powi(2)
             }
             _ => 0.0,
         },
         slot => 1.0 / slot.unit(units),
     };
     parameter.chain(scene).iter().map(|(slot, rate)| (rate * of_slot(slot)).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The largest stiffness of a rod, of bending or torsion, over the smallest.
+fn unevenness(rod: &Rod) -> f64 {
+    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+    for segment in &rod.segments {
+        if let RodSegment::Flexible(piece) = segment {
+            for stiffness in (0..3).flat_map(|k| [piece.stiffness[k], piece.stiffness[k] + piece.stiffness_rise[k]]) {
+                (least, most) = (least.min(stiffness), most.max(stiffness));
+            }
+        }
+    }
+    most / least
 }

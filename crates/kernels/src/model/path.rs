@@ -188,8 +188,9 @@ pub const LITTLE_TURN: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;
 /// Round-off in f32 of the numbers that a column is made of, in units of epsilon, over the column's own size.
-pub const SMALL_COLUMN_NOISE: f64 = 1.0;
-/// That of derivatives by stiffness is so many times as large: they are integrals over products of two moments.
+pub const SMALL_COLUMN_NOISE: f64 = 2.0;
+/// That of derivatives by stiffness is larger by the largest stiffness of the rod over its smallest, up to so much: they are integrals
+/// over products of two moments.
 pub const STIFFNESS_NOISE: f64 = 8.0;
 /// Rows by multiple shooting take so many times the floor of derivatives that a pilot has measured: 1.8 was seen.
 pub const NODE_FLOOR: f64 = 2.0;

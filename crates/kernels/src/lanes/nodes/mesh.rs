@@ -136,6 +136,17 @@ fn pieces<L: Lane>(segment: &Flexible<L>, n: Vec3<L>, field: L, spacing: f64) ->
         let rate = (tension / bend * one.max(soft)).sqrt() * segment.length; // MS2
         *rates = numbers(rate);
     }
+    if segment.tapers {
+        let axes = |k: Vec3<L>| [numbers(k.x), numbers(k.y), numbers(k.z)];
+        let (near, far) = (axes(near), axes(far));
+        for (panel, rates) in rates.iter_mut().enumerate() {
+            let share = panel as f64 / PANELS as f64;
+            for (lane, rate) in rates[..L::COUNT].iter_mut().enumerate() {
+                let powers = |axis: usize| rise(near[axis][lane], far[axis][lane], share);
+                *rate += PANELS as f64 * powers(0).max(powers(1)).max(powers(2)); // MS2
+            }
+        }
+    }
     let curls = numbers(curl + one.constant(2.0));
     let mut ends = Vec::new();
     for lane in 0..L::COUNT {
@@ -165,6 +176,12 @@ fn pieces<L: Lane>(segment: &Flexible<L>, n: Vec3<L>, field: L, spacing: f64) ->
         shares
     };
     (0..count).map(at).collect()
+}
+
+/// By how many powers of e a stiffness that changes linearly along a segment does over the panel that begins at this share of it.
+fn rise(near: f64, far: f64, share: f64) -> f64 {
+    let at = |share: f64| (far - near).mul_add(share, near);
+    (at(share + 1.0 / PANELS as f64) / at(share)).ln().abs()
 }
 
 /// The largest bending stiffness of a segment over that of torsion, at least 1.
