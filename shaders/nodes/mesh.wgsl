@@ -98,5 +98,8 @@ fn growth(segment: Flexible, n: vec3<f32>, field: f32, panel: u32) -> f32 {
     let pull = length(axpy(-(share * segment.length), segment.w, n));
     let tension = give * pull * pull + pull + length(segment.mu) * field;
     let rate = sqrt(tension / bend * max(1.0, soft)) * segment.length; // MS2
-    return (rate + curl + 2.0) * (1.0 / f32(PANELS));
+    let start = f32(panel) * (1.0 / f32(PANELS));
+    let end = f32(panel + 1u) * (1.0 / f32(PANELS));
+    let rise = abs(log(axpy(end, segment.stiffness_rise, near) / axpy(start, segment.stiffness_rise, near)));
+    return (rate + curl + 2.0) * (1.0 / f32(PANELS)) + max(max(rise.x, rise.y), rise.z); // MS2
 }

@@ -15,14 +15,14 @@ pub(super) struct Grown {
     pub sample: usize,
     /// Powers of e by which errors grow from base to tip.
     pub growth: f64,
-    /// Turns of the rod at rest (rad).
-    curl: f64,
+    /// Turns of the rod at rest (rad), and powers of e by which its stiffness changes.
+    shape: f64,
 }
 
 impl Grown {
     /// Intervals that it is cut into at most.
     pub fn interval_bound(&self, plan: &Plan, spacing: f64) -> usize {
-        interval_bound(plan, self.growth, self.curl, spacing)
+        interval_bound(plan, self.growth, self.shape, spacing)
     }
 }
 
@@ -56,7 +56,7 @@ pub(super) fn grown_samples(plan: &Plan, batch: &Batch, solutions: &Solutions, p
             _ => 1.0,
         };
         let is_grown = growth * load.sqrt() > limit;
-        is_grown.then(|| Grown { sample, growth, curl: curl(rod) })
+        is_grown.then(|| Grown { sample, growth, shape: curl(rod) + rise(rod) })
     };
     let (samples, busy) = ((0..batch.sample_count()).into_par_iter(), Busy::here());
     samples
@@ -87,6 +87,18 @@ fn growth_bound(rod: &Rod) -> f64 {
 
 fn norm(v: Vector) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// By how many powers of e the stiffness of tapers changes, each by the axis where that is most.
+fn rise(rod: &Rod) -> f64 {
+    let of_segment = |segment: &RodSegment| match segment {
+        RodSegment::Flexible(flexible) => {
+            let of_axis = |k: usize| (1.0 + flexible.stiffness_rise[k] / flexible.stiffness[k]).ln().abs();
+            of_axis(0).max(of_axis(1)).max(of_axis(2))
+        }
+        RodSegment::Rigid(_) => 0.0,
+    };
+    rod.segments.iter().map(of_segment).sum()
 }
 
 fn curl(rod: &Rod) -> f64 {

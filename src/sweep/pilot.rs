@@ -215,14 +215,13 @@ impl<'a> Truth<'a> {
         self.trial_of_all(plan, steps)
     }
 
-    /// Tries a plan on so many steps by every known sample. Where the truth's doubt makes up much of the measured error, the truth is
-    /// refined once more.
+    /// Tries a plan on so many steps by every known sample. The truth is refined while its doubt makes up much of the measured error.
     fn trial_of_all(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
         self.lead(steps)?;
         let ours = self.answers(plan, steps, &self.known())?;
-        let trial = Trial::new(plan, self.batch, steps, &ours, self);
-        if trial.meets(&plan.options) && trial.is_drowned() && self.refine()? {
-            return Ok(Trial::new(plan, self.batch, steps, &ours, self));
+        let mut trial = Trial::new(plan, self.batch, steps, &ours, self);
+        while trial.meets(&plan.options) && trial.is_drowned() && self.refine()? {
+            trial = Trial::new(plan, self.batch, steps, &ours, self);
         }
         Ok(trial)
     }

@@ -42,11 +42,11 @@ pub(crate) fn most_turns(plan: &Plan) -> usize {
     1 + path::NODE_PASS_LIMIT as usize + answer + plan.derivatives.len().div_ceil(3).max(1)
 }
 
-/// Intervals at most of a rod that turns by `curl` (rad) at rest and whose errors grow by `growth` powers of e.
-pub(crate) fn interval_bound(plan: &Plan, growth: f64, curl: f64, spacing: f64) -> usize {
+/// Intervals at most of a rod whose errors grow by `growth` powers of e, and that turns at rest (rad) and tapers (powers of e) by `shape`.
+pub(crate) fn interval_bound(plan: &Plan, growth: f64, shape: f64, spacing: f64) -> usize {
     let segments = integrated(plan).len() as f64;
     // The shader's sum over panels is a finer one.
-    let bound = (1.1 * growth + curl + 2.0 * segments) / spacing + 2.0 * segments + 2.0;
+    let bound = (1.1 * growth + shape + 2.0 * segments) / spacing + 2.0 * segments + 2.0;
     if bound.is_finite() { bound as usize } else { usize::MAX }
 }
 

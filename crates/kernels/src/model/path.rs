@@ -191,7 +191,7 @@ pub const COLUMN_NOISE: f64 = 32.0;
 pub const SMALL_COLUMN_NOISE: f64 = 2.0;
 /// That of derivatives by stiffness is larger by the largest stiffness of the rod over its smallest, up to so much: they are integrals
 /// over products of two moments.
-pub const STIFFNESS_NOISE: f64 = 8.0;
+pub const STIFFNESS_NOISE: f64 = 7.0;
 /// Rows by multiple shooting take so many times the floor of derivatives that a pilot has measured: 1.8 was seen.
 pub const NODE_FLOOR: f64 = 2.0;
 /// Round-off of columns in fields that vary, in units of epsilon: a small column is the difference of large ones. 230 was measured.
@@ -241,9 +241,8 @@ pub const NODE_ENOUGH: f64 = 3.0;
 pub fn node_columns_good(good: f64, epsilon: f64) -> f64 {
     (3e8 * good * good).clamp(NODE_GOOD, 3e-4).max(4096.0 * epsilon)
 }
-/// The error of an answer over its change from the level before: less than a hundredth where steps are short enough, 0.4 along
-/// short tapers.
-pub const NODE_ERROR_SHARE: f64 = 0.6;
+/// The error of an answer over its change from the level before: less than a hundredth was measured.
+pub const NODE_ERROR_SHARE: f64 = 0.04;
 /// The error of a column over the difference of those by tip moment.
 pub const NODE_COLUMNS_ERROR: f64 = 4.0;
 /// What integrals along the rod are off by, relative to them, on so many steps between two nodes: products of responses grow
