@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -46,3 +47,20 @@ def test_notebooks_run(name: str, root: Path) -> None:
     begin = time.perf_counter()
     nbclient.NotebookClient(notebook, timeout=180, resources={"metadata": {"path": str(folder)}}).execute()
     print(f"{name}: {time.perf_counter() - begin:.1f} s")
+
+
+def test_the_tutorial_draws_its_figure(
+    root: Path, program: Callable[..., object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for package in ("matplotlib", "pandas", "pyarrow"):
+        pytest.importorskip(package)
+    page = (root / "docs/tutorial.md").read_text("utf-8")
+    for name, text in re.findall(r"^```toml\n# (\S+)\n(.*?)^```", page, re.DOTALL | re.MULTILINE):
+        (tmp_path / name).write_text(text, "utf-8")
+    program("run", tmp_path / "map.toml", "--out", tmp_path / "results/map", "--no-figures", "--quiet")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    [block] = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    exec(compile(block, "docs/tutorial.md", "exec"), {})
+    assert (tmp_path / "tips.pdf").read_bytes().startswith(b"%PDF")
+    assert b"<svg" in (tmp_path / "tips.svg").read_bytes()

@@ -165,6 +165,12 @@ fn copy_folder(from: &Path, to: &Path) {
     }
 }
 
+/// The name under which a page tells to save a block: its first line, such as `# rod.toml`.
+fn saved_as(text: &str) -> Option<&str> {
+    let name = text.lines().next()?.strip_prefix("# ")?;
+    (name.ends_with(".toml") && !name.contains(' ')).then_some(name)
+}
+
 fn strings(call: &[&str]) -> Vec<String> {
     call.iter().map(|&word| word.to_owned()).collect()
 }
@@ -208,10 +214,17 @@ fn every_command_runs() {
     assert!(count >= 30, "only {count} commands found");
 }
 
-/// Runs the commands of a page, which follow one another, and returns their number.
+/// Runs the commands of a page, which follow one another, and returns their number. Files that the page tells to save
+/// are there.
 fn try_page(page: &str) -> usize {
-    let commands = commands(&read(page));
+    let markdown = read(page);
+    let commands = commands(&markdown);
     let desk = Desk::new();
+    for text in blocks(&markdown, "toml") {
+        if let Some(name) = saved_as(&text) {
+            desk.write(name, &text);
+        }
+    }
     if commands.iter().any(|command| command.contains("--replay")) {
         desk.write("circle_01_new.csv", "coil.current.x,coil.current.y,coil.current.z\n0,0,0\n0.1,0,0\n0,0,0.1\n");
         desk.write("observed.csv", "point,x,y,z\n0,-1 mm,-3 mm,94 mm\n1,1 mm,-2 mm,94 mm\n2,-5 mm,20 mm,90 mm\n");
@@ -245,7 +258,10 @@ fn every_example_file_is_read() {
                 continue;
             }
             // Paths in a sweep start from its folder.
-            let file = format!("sweeps/{}-{index}.toml", page.replace(['/', '.'], "-"));
+            let file = match saved_as(&text) {
+                Some(name) => format!("sweeps/{name}"),
+                None => format!("sweeps/{}-{index}.toml", page.replace(['/', '.'], "-")),
+            };
             desk.write(&file, &text);
             let call = match &text {
                 text if text.contains("[sampling]") => strings(&["run", &file, "--dry-run"]),
@@ -316,6 +332,8 @@ fn these_checks_can_fail() {
     assert_eq!(arguments(&commands[0]).expect("a call"), ["run", "a.toml", "--set", "insertion=90 mm"]);
     assert_eq!(arguments(&commands[1]), None);
     assert_eq!(blocks(text, "toml"), ["a = 1\n"]);
+    assert_eq!(saved_as("# rod.toml\na = 1\n"), Some("rod.toml"));
+    assert_eq!(saved_as("# A rod.\n").or(saved_as("a = 1\n")), None);
     let output = Desk::new().run(&strings(&["run", "sweeps/none.toml"]));
     assert_eq!(output.status.code(), Some(2));
 }
