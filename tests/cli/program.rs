@@ -266,6 +266,21 @@ fn too_many_failures() {
 }
 
 #[test]
+fn the_manual_has_a_page_for_each_command() {
+    let sandbox = Sandbox::new();
+    sandbox.ok(&["manual", "man1"]);
+    let page = |name: &str| fs::read_to_string(sandbox.path("man1").join(name)).expect("a page");
+    for command in COMMANDS {
+        let text = page(&format!("rodsweep-{command}.1"));
+        assert!(text.contains(&format!(".TH rodsweep-{command} 1")) && text.contains("Examples:"), "{text}");
+    }
+    assert!(page("rodsweep.1").contains("Solve") && page("rodsweep-submit-slurm.1").contains("workers"));
+    fs::write(sandbox.path("file"), "").expect("a file");
+    let refused = sandbox.run(&["manual", "file/man1"]);
+    assert!(refused.code == 2 && refused.stderr.contains("choose another folder"), "{}", refused.stderr);
+}
+
+#[test]
 fn completions_and_closed_pipes() {
     let sandbox = Sandbox::new();
     for shell in ["bash", "zsh", "fish"] {

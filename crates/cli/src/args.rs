@@ -8,6 +8,7 @@ use super::examples::ExamplesArguments;
 use super::figures::FiguresArguments;
 use super::fit::FitArguments;
 use super::import::ImportArguments;
+use super::manual::ManualArguments;
 use super::merge::MergeArguments;
 use super::new::NewArguments;
 use super::parameters::ParametersArguments;
@@ -76,4 +77,6 @@ pub enum Command {
     Licenses,
     /// Print a completion script for a shell
     Completions { shell: clap_complete::Shell },
+    /// Write pages for `man`, one for each command
+    Manual(ManualArguments),
 }

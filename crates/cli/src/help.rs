@@ -12,11 +12,11 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Results", &["status", "figures", "merge"]),
     ("Many machines", &["submit"]),
     ("Trust and speed", &["doctor", "verify", "bench"]),
-    ("The program itself", &["completions", "licenses", "help"]),
+    ("The program itself", &["completions", "manual", "licenses", "help"]),
 ];
 
 /// A command and two examples of it.
-const EXAMPLES: [(&str, [&str; 2]); 22] = [
+const EXAMPLES: [(&str, [&str; 2]); 23] = [
     ("new", ["rodsweep new catheter", "rodsweep new field-map --out mine.toml"]),
     ("examples", ["rodsweep examples", "rodsweep examples workspace --out trial"]),
     ("check", ["rodsweep check sweep.toml", "rodsweep check circle.toml --scene scene.toml --json"]),
@@ -86,6 +86,7 @@ const EXAMPLES: [(&str, [&str; 2]); 22] = [
     ("verify", ["rodsweep verify", "rodsweep verify --hard --software"]),
     ("bench", ["rodsweep bench --quick", "rodsweep bench --only hard --out results/bench"]),
     ("completions", ["rodsweep completions bash", "rodsweep completions zsh"]),
+    ("manual", ["rodsweep manual ~/.local/share/man/man1", "rodsweep manual pages"]),
     ("licenses", ["rodsweep licenses", "rodsweep licenses --help"]),
 ];
 

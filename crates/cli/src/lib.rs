@@ -18,6 +18,7 @@ mod flags;
 mod force;
 mod help;
 mod import;
+mod manual;
 mod merge;
 mod new;
 mod parameters;
@@ -188,6 +189,7 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::View(arguments) => view::view(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
+        Command::Manual(arguments) => manual::manual(&arguments),
         Command::Licenses => {
             print(rodsweep::NOTICES)?;
             Ok(Exit::Done)
