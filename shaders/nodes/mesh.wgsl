@@ -99,7 +99,13 @@ fn growth(segment: Flexible, n: vec3<f32>, field: f32, panel: u32) -> f32 {
     let tension = give * pull * pull + pull + length(segment.mu) * field;
     let rate = sqrt(tension / bend * max(1.0, soft)) * segment.length; // MS2
     let start = f32(panel) * (1.0 / f32(PANELS));
-    let end = f32(panel + 1u) * (1.0 / f32(PANELS));
-    let rise = abs(log(axpy(end, segment.stiffness_rise, near) / axpy(start, segment.stiffness_rise, near)));
-    return (rate + curl + 2.0) * (1.0 / f32(PANELS)) + max(max(rise.x, rise.y), rise.z); // MS2
+    let rises = max(max(rise(near.x, far.x, start), rise(near.y, far.y, start)), rise(near.z, far.z, start));
+    return (rate + curl + 2.0) * (1.0 / f32(PANELS)) + rises; // MS2
+}
+
+// By how many powers of e a stiffness that changes linearly along a segment does over the panel that begins at this share of it.
+fn rise(near: f32, far: f32, share: f32) -> f32 {
+    let first = (far - near) * share + near;
+    let last = (far - near) * (share + 1.0 / f32(PANELS)) + near;
+    return abs(log(last / first));
 }

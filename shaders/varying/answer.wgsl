@@ -12,6 +12,8 @@ const FIELD_NEWTON_LIMIT: f32 = 0.0; //@spec
 const NO_EQUILIBRIUM: f32 = 0.0; //@spec
 const REACH: f32 = 0.0; //@spec
 const ROUND_OFF: f32 = 0.0; //@spec
+const BEND_NOISE: f32 = 0.0; //@spec
+const LITTLE_TURN: f32 = 0.0; //@spec
 const STAGE_NOISE: f32 = 0.0; //@spec
 const ROWS: u32 = 9u; //@spec
 
@@ -175,7 +177,8 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     // The second order of both moves of the tip to first order: to the answer, and of the pass on twice the steps to its rest.
     let turned = dot(by_rest.first, by_rest.first) + dot(by_rest.last, by_rest.last);
     let second_order = (turned + dot(shift.first, shift.first) + dot(shift.last, shift.last)) * SECOND_ORDER;
-    let rounded = noise * STAGE_NOISE;
+    let far = max(length(m0) - LITTLE_TURN, 0.0);
+    let rounded = noise * STAGE_NOISE + far * BEND_NOISE * (ROUND_OFF * EPSILON) * sqrt(square);
     store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + rounded + second_order);
     let both = largest + max(norm(delta) / stability, max(norm(shift), norm(by_rest)));
     let derivative_error = max(both * settings.derivative_share, settings.derivative_floor);

@@ -215,7 +215,7 @@ fn add_path(s: &mut Specialisation, plan: &Plan, most_passes: f64) {
         ("NODE_FLOOR", path::NODE_FLOOR),
         ("FIELD_COLUMN_NOISE", path::FIELD_COLUMN_NOISE),
         ("STAGE_NOISE", plan.stage_noise(s.precision.epsilon())),
-        ("BEND_NOISE", plan.options.stepper.bend_noise()),
+        ("BEND_NOISE", plan.bend_noise()),
         ("LITTLE_TURN", path::LITTLE_TURN),
         ("GROWTH_NOISE", path::GROWTH_NOISE),
         ("REACH", path::REACH),

@@ -140,7 +140,7 @@ pub struct Program {
     pub rounded: f64,
     /// See [`Plan::stage_noise`].
     pub stage_noise: f64,
-    /// See [`Stepper::bend_noise`](crate::model::Stepper::bend_noise).
+    /// See [`Plan::bend_noise`].
     pub bend_noise: f64,
     /// What error estimates of derivatives are made of.
     pub derivative_scale: DerivativeScale,
@@ -223,7 +223,7 @@ impl Program {
             error_share: plan.options.error_share,
             rounded: rounded(epsilon, plan.step_count()),
             stage_noise: plan.stage_noise(epsilon),
-            bend_noise: stepper.bend_noise(),
+            bend_noise: plan.bend_noise(),
             derivative_scale: plan.options.derivative_scale,
         }
     }

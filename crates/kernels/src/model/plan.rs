@@ -2,6 +2,7 @@
 
 use super::anchors::PlanAnchors;
 use super::dependence::{changes_chain, touched_entries};
+use super::path::FIELD_BEND_NOISE;
 use super::plan_parts::{free_part, is_forward, natural_units, segment_plans, terms_of};
 use super::rest_shape::{REST_POSE, rest_pose};
 use super::rod::Slot;
@@ -328,6 +329,12 @@ impl Plan {
     pub fn stage_noise(&self, epsilon: f64) -> f64 {
         let stepper = self.options.stepper;
         if self.terms.varying_field { stepper.stage_noise() } else { stepper.uniform_stage_noise(epsilon) }
+    }
+
+    /// The same of what a rod bends beyond [`LITTLE_TURN`](super::path::LITTLE_TURN).
+    pub fn bend_noise(&self) -> f64 {
+        let more = if self.terms.varying_field { FIELD_BEND_NOISE } else { 1.0 };
+        more * self.options.stepper.bend_noise()
     }
 
     /// Into how many parts rules along rigid segments cut each: one, where steps are as long as usual.

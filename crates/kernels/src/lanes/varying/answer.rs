@@ -22,7 +22,8 @@ use crate::lanes::rod::Segment;
 use crate::lanes::section::velocity;
 use crate::lanes::stability::has_dead_moment;
 use crate::model::path::{
-    DIFFERENCE, FIELD_COLUMN_NOISE, FINE_TRUST, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER, THROUGH_WALL,
+    DIFFERENCE, FIELD_COLUMN_NOISE, FINE_TRUST, LITTLE_TURN, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER,
+    THROUGH_WALL,
 };
 use crate::model::{DerivativeScale, NO_EQUILIBRIUM, Quantity, Status};
 
@@ -158,14 +159,18 @@ fn write<L: VaryingPasses>(
     for x in answers.0.as_flattened() {
         square = x.mul_add(*x, square);
     }
-    let amplification = (norm(check.base) + one) * square.sqrt();
-    let round_off = amplification * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let responses = square.sqrt();
+    let amplification = (norm(check.base) + one) * responses;
+    let rounding = one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let round_off = amplification * rounding;
     let is_rounded = difference.lt(round_off * one.constant(program.rounded));
     let share = L::select(is_rounded, one, one.constant(program.error_share));
     let (shift, turn) = moved(workspace, step);
     let turned = (dot(shift, shift) + dot(turn, turn)) * one.constant(SECOND_ORDER);
     let second_order = amplification * (dot(step.0, step.0) + dot(step.1, step.1)) + turned;
-    let round_off = round_off * one.constant(program.stage_noise);
+    let far = (length(check.base.1) - one.constant(LITTLE_TURN)).max(one.constant(0.0));
+    let far = far * responses * one.constant(program.bend_noise) * rounding;
+    let round_off = round_off.mul_add(one.constant(program.stage_noise), far);
     let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
     let (p, d1) = (Vec3::select(is_rounded, fine_p, p), Vec3::select(is_rounded, fine_d1, d1));
     let t = Vec3::select(is_rounded, fine_t, t);
