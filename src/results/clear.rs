@@ -40,16 +40,20 @@ pub fn remove_run(dir: &Path, others: &[&str]) -> Result<(), ResultsError> {
     if !foreign.is_empty() || !is_known {
         return Err(ResultsError::NotOnlyOurs { dir: dir.into(), foreign });
     }
-    let mut names = Vec::new();
+    let (mut names, mut folders) = (Vec::new(), Vec::new());
     for entry in visible {
         match entry.is_file {
             true => names.push(entry.name.clone()),
-            false => names.extend(of_folder(store.as_ref(), dir, &entry.name)?),
+            false => {
+                names.extend(of_folder(store.as_ref(), dir, &entry.name)?);
+                folders.push(&entry.name);
+            }
         }
     }
     // The identity goes last: a removal that is interrupted can be done again.
-    names.sort_by_key(|name| name == RUN_FILE);
-    names.iter().try_for_each(|name| store.remove(name))
+    names.iter().filter(|name| *name != RUN_FILE).try_for_each(|name| store.remove(name))?;
+    folders.into_iter().try_for_each(|folder| store.remove_folder(folder))?;
+    store.remove(RUN_FILE)
 }
 
 /// The files of a folder of a run.
@@ -102,7 +106,7 @@ mod tests {
         assert!(dir.join("run.json").exists() && dir.join("claims/0-0").exists());
         fs::remove_file(dir.join("notes.txt")).expect("removed");
         remove_run(dir, &["tips.png"]).expect("removed");
-        assert!(fs::read_dir(dir).expect("a folder").flatten().all(|entry| entry.path().is_dir()));
+        assert_eq!(fs::read_dir(dir).expect("a folder").count(), 0);
     }
 
     #[test]

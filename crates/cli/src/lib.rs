@@ -189,7 +189,7 @@ fn command(command: Command) -> Result<Exit, CommandError> {
         Command::View(arguments) => view::view(&arguments),
         Command::Import(arguments) => import::import(&arguments),
         Command::Completions { shell } => completions(shell),
-        Command::Manual(arguments) => manual::manual(&arguments),
+        Command::Manual(arguments) => manual::manual(help::command(), &arguments),
         Command::Licenses => {
             print(rodsweep::NOTICES)?;
             Ok(Exit::Done)

@@ -1,6 +1,6 @@
 //! `rodsweep manual`: pages for `man`, one for the program and one for each command.
 
-use super::{CommandError, Exit, help, say};
+use super::{CommandError, Exit, say};
 use clap::{Args, Command};
 use clap_mangen::Man;
 use rodsweep::files;
@@ -12,11 +12,12 @@ pub struct ManualArguments {
     pub dir: PathBuf,
 }
 
-pub fn manual(arguments: &ManualArguments) -> Result<Exit, CommandError> {
+/// Writes the pages of the whole program.
+pub fn manual(program: Command, arguments: &ManualArguments) -> Result<Exit, CommandError> {
     let dir = &arguments.dir;
     let unwritten =
         |error| CommandError::Usage(format!("cannot write pages to {}: {error}; choose another folder", dir.display()));
-    let mut program = help::command().disable_help_subcommand(true);
+    let mut program = program.disable_help_subcommand(true);
     program.build();
     let mut pages = Vec::new();
     add_pages(&program, &mut pages).map_err(unwritten)?;

@@ -150,6 +150,14 @@ impl Store for Local {
         }
     }
 
+    fn remove_folder(&self, name: &str) -> Result<(), ResultsError> {
+        let path = self.path(name);
+        match fs::remove_dir(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(ResultsError::io(&path, "removing")(error)),
+            _ => Ok(()),
+        }
+    }
+
     fn rename(&self, from: &str, to: &str) -> Result<bool, ResultsError> {
         let (from, to) = (self.path(from), self.path(to));
         if files::is_taken(&to) {

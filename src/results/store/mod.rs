@@ -78,6 +78,15 @@ pub trait Store: Send + Sync + fmt::Debug {
     /// As [`Store::create`].
     fn remove(&self, name: &str) -> Result<(), ResultsError>;
 
+    /// Removes a folder that is empty. Object stores have none.
+    ///
+    /// # Errors
+    ///
+    /// As [`Store::create`], or the folder holds something.
+    fn remove_folder(&self, _name: &str) -> Result<(), ResultsError> {
+        Ok(())
+    }
+
     /// Moves a file to a name that is free; false: it is not.
     ///
     /// # Errors
