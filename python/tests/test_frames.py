@@ -209,22 +209,3 @@ def test_progress_everywhere(p6: rodsweep.Scene, root: Path, capsys: Any, monkey
             assert ("rodsweep: " in shown.err) == (tqdm == "missing")
     with pytest.raises(rodsweep.InputError, match="progress"):
         rodsweep.solve(p6, progress="yes")  # type: ignore[arg-type]
-
-
-def test_readers_take_the_folder_of_rows_whole(root: Path, program: Any, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    quiet = ["--backend", "cpu", "--quiet", "--no-figures"]
-    program("run", root / "sweeps/workspace.toml", "--limit", 300, "--out", out, *quiet)
-    program("workspace", out, "--quiet")
-    assert (out / "workspace.parquet").exists()
-    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
-    dataset, parquet = pytest.importorskip("pyarrow.dataset"), pytest.importorskip("pyarrow.parquet")
-    rows = out / "rows"
-    wanted = pandas.read_parquet(out / "part-0000000000.parquet")
-    assert len(wanted) == 300
-    assert pandas.read_parquet(rows).equals(wanted)
-    assert polars.read_parquet(rows).shape == polars.read_parquet(str(rows / "*.parquet")).shape == wanted.shape
-    assert dataset.dataset(rows, format="parquet").count_rows() == parquet.read_table(rows).num_rows == 300
-    # It goes with the run that it belongs to.
-    program("run", root / "sweeps/workspace.toml", "--limit", 200, "--out", out, "--force", *quiet)
-    assert len(pandas.read_parquet(rows)) == 200

@@ -3,13 +3,12 @@
 use super::directory::{RUN_FILE, SWEEP_FILE, TIPS_FILE, TOUCHED_FILE, WORKSPACE_FILE, WORST_FILE};
 use super::error::ResultsError;
 use super::manifest::MANIFEST_FILE;
-use super::rows_folder::ROWS_FOLDER;
 use super::store::{Store, store_at};
 use crate::spec::{Format, RESOLVED_TABLE};
 use std::path::Path;
 
-/// Folders of a run: its rows, and what workers or shards share.
-const FOLDERS: [&str; 4] = [ROWS_FOLDER, "claims", "workers", "verdicts"];
+/// Folders of runs that workers or shards share.
+const FOLDERS: [&str; 3] = ["claims", "workers", "verdicts"];
 /// What a measured workspace leaves, with or without a run.
 const MEASURED_FILE: &str = "workspace.json";
 /// Files of a run that are there once.
@@ -56,7 +55,7 @@ pub fn remove_run(dir: &Path, others: &[&str]) -> Result<(), ResultsError> {
     store.remove(RUN_FILE)
 }
 
-/// The files of a folder of a run.
+/// The files of a folder that workers share.
 fn of_folder(store: &dyn Store, dir: &Path, folder: &str) -> Result<Vec<String>, ResultsError> {
     let entries = store.list(folder)?;
     let names = |is_file: bool| {

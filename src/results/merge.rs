@@ -5,7 +5,6 @@ use super::error::ResultsError;
 use super::manifest::{Manifest, named_counts};
 use super::parts::{self, FileMetadata, Kept, PartInfo};
 use super::read::{DirectoryStatus, Results};
-use super::rows_folder::gather_rows;
 use super::store::{Store, store_at};
 use super::verdict::Verdict;
 use super::verdict_files;
@@ -67,7 +66,6 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
         let gone = || ResultsError::Damaged { path: store.path(&name), reason: "it is gone".into() };
         parts::place_part(target.as_ref(), &name, format, info, &store.get(&name)?.ok_or_else(gone)?)?;
     }
-    gather_rows(target.as_ref(), format)?;
     let status = Results::open(out)?.status()?;
     check_whole(&status)?;
     let merged_from = dirs.iter().filter_map(|dir| Manifest::read(dir).ok()).collect();

@@ -14,7 +14,6 @@ mod outcome;
 pub(crate) mod parts;
 mod read;
 mod reduce;
-pub(crate) mod rows_folder;
 #[cfg(test)]
 mod simulation;
 mod store;

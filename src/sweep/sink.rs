@@ -8,7 +8,6 @@ use crate::results::directory::{self, TIPS_FILE, WORKSPACE_FILE, WORST_FILE};
 use crate::results::layout;
 use crate::results::merge;
 use crate::results::parts::{self, FileMetadata, Kept};
-use crate::results::rows_folder::gather_rows;
 use crate::results::verdict_files;
 use crate::results::workers::Beat;
 use crate::results::{Manifest, Reduction, Results, ResultsError, RunRecord, Store, Verdict, WorkerReport, store_at};
@@ -237,7 +236,6 @@ impl RowSink for ResultDirectory {
     fn close(&mut self, end: &RunEnd<'_>) -> Result<(), SweepError> {
         let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
         let store = store.as_ref();
-        gather_rows(store, end.spec.format)?;
         if self.is_finished {
             // Nothing was solved: what is known of the rows stays as it is.
             return Ok(());

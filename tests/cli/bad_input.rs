@@ -181,9 +181,8 @@ fn a_directory_of_another_sweep() {
     let sandbox = Sandbox::new();
     sandbox.ok(&[&RUN[..], &["--quiet", "--no-figures"]].concat());
     let list = || {
-        let folders = ["out", "out/rows"].map(|folder| std::fs::read_dir(sandbox.path(folder)).unwrap());
-        let files = folders.into_iter().flatten().map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
-        let mut all: Vec<_> = files.map(|path| (path.clone(), std::fs::read(path).unwrap())).collect();
+        let entries = std::fs::read_dir(sandbox.path("out")).unwrap().map(|entry| entry.unwrap());
+        let mut all: Vec<_> = entries.map(|entry| (entry.path(), std::fs::read(entry.path()).unwrap())).collect();
         all.sort();
         all
     };

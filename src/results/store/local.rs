@@ -168,23 +168,6 @@ impl Store for Local {
         Ok(true)
     }
 
-    fn link(&self, name: &str, second: &str) -> Result<bool, ResultsError> {
-        let (path, to) = (self.path(name), self.path(second));
-        if is_same_file(&path, &to) {
-            return Ok(true);
-        }
-        if let Some(folder) = to.parent() {
-            fs::create_dir_all(folder).map_err(ResultsError::io(folder, "making a folder"))?;
-        }
-        self.remove(second)?;
-        match fs::hard_link(&path, &to) {
-            // Somebody else has just made it.
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(true),
-            Err(error) if has_no_links(&error) => Ok(false),
-            result => result.map(|()| true).map_err(ResultsError::io(&to, "making a second name")),
-        }
-    }
-
     fn prepare(&self) -> Result<(), ResultsError> {
         fs::create_dir_all(&self.dir).map_err(ResultsError::io(&self.dir, "making the result directory"))?;
         self.remove_stale_temporaries()

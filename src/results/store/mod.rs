@@ -94,15 +94,6 @@ pub trait Store: Send + Sync + fmt::Debug {
     /// As [`Store::create`], or there is no such file.
     fn rename(&self, from: &str, to: &str) -> Result<bool, ResultsError>;
 
-    /// Gives a file a second name, in place of what had it; false: this store knows no second names.
-    ///
-    /// # Errors
-    ///
-    /// As [`Store::create`], or there is no such file.
-    fn link(&self, _name: &str, _second: &str) -> Result<bool, ResultsError> {
-        Ok(false)
-    }
-
     /// Makes the place ready to be written, and removes what writers that died have left half-written.
     ///
     /// # Errors
