@@ -185,14 +185,14 @@ pub const SECOND_ORDER: f64 = 2.0;
 pub const ROUND_OFF: f64 = 4.0;
 /// Above this base moment (plan units, about the angle by which a rod turns) round-off grows faster: see [`Stepper::bend_noise`].
 pub const LITTLE_TURN: f64 = 4.0;
-/// That is so many times as large in fields that vary: a rod in f32 that turned by 43 rad in 48 steps of DOP853 needs 3.
+/// [`Stepper::bend_noise`] counts so many times in fields that vary: a rod in f32 that turned by 43 rad in 48 steps of DOP853 needs 3.
 pub const FIELD_BEND_NOISE: f64 = 4.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;
 /// Round-off in f32 of the numbers that a column is made of, in units of epsilon, over the column's own size.
 pub const SMALL_COLUMN_NOISE: f64 = 2.0;
-/// That of derivatives by stiffness is larger by the largest stiffness of the rod over its smallest, up to so much: they are integrals
-/// over products of two moments.
+/// Round-off of derivatives by stiffness grows with the rod's largest stiffness over its smallest, up to so many times: they are
+/// integrals over products of two moments.
 pub const STIFFNESS_NOISE: f64 = 7.0;
 /// Rows by multiple shooting take so many times the floor of derivatives that a pilot has measured: 1.8 was seen.
 pub const NODE_FLOOR: f64 = 2.0;

@@ -331,7 +331,8 @@ impl Plan {
         if self.terms.varying_field { stepper.stage_noise() } else { stepper.uniform_stage_noise(epsilon) }
     }
 
-    /// The same of what a rod bends beyond [`LITTLE_TURN`](super::path::LITTLE_TURN).
+    /// Round-off of a pass, over [`ROUND_OFF`](super::path::ROUND_OFF), for each radian that a rod bends beyond
+    /// [`LITTLE_TURN`](super::path::LITTLE_TURN).
     pub fn bend_noise(&self) -> f64 {
         let more = if self.terms.varying_field { FIELD_BEND_NOISE } else { 1.0 };
         more * self.options.stepper.bend_noise()
