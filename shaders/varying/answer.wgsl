@@ -177,12 +177,12 @@ fn write(rod: Rod, inverse: Mat6, index: f32) {
     // The second order of both moves of the tip to first order: to the answer, and of the pass on twice the steps to its rest.
     let turned = dot(by_rest.first, by_rest.first) + dot(by_rest.last, by_rest.last);
     let second_order = (turned + dot(shift.first, shift.first) + dot(shift.last, shift.last)) * SECOND_ORDER;
-    let far = max(length(m0) - LITTLE_TURN, 0.0);
-    let rounded = noise * STAGE_NOISE + far * BEND_NOISE * (ROUND_OFF * EPSILON) * sqrt(square);
+    let far = max(length(m0) - LITTLE_TURN, 0.0) * BEND_NOISE * (ROUND_OFF * EPSILON) * sqrt(square);
+    let rounded = noise * STAGE_NOISE + far;
     store(ERROR_ESTIMATE_COLUMN, largest * DIFFERENCE * (1.0 + settings.error_share) + rounded + second_order);
     let both = largest + max(norm(delta) / stability, max(norm(shift), norm(by_rest)));
     let derivative_error = max(both * settings.derivative_share, settings.derivative_floor);
-    store(DERIVATIVE_ERROR_COLUMN, derivative_error + noise / stability * FIELD_COLUMN_NOISE);
+    store(DERIVATIVE_ERROR_COLUMN, derivative_error + (noise + far) / stability * FIELD_COLUMN_NOISE);
     keeps_inverse = true;
     hold_mat6(POSE, pose);
     hold(THREE, 0.0);

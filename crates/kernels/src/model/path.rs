@@ -185,8 +185,9 @@ pub const SECOND_ORDER: f64 = 2.0;
 pub const ROUND_OFF: f64 = 4.0;
 /// Above this base moment (plan units, about the angle by which a rod turns) round-off grows faster: see [`Stepper::bend_noise`].
 pub const LITTLE_TURN: f64 = 4.0;
-/// [`Stepper::bend_noise`] counts so many times in fields that vary: a rod in f32 that turned by 43 rad in 48 steps of DOP853 needs 3.
-pub const FIELD_BEND_NOISE: f64 = 4.0;
+/// [`Stepper::bend_noise`] counts so many times in fields that vary. A rod in f32 that turned by 43 rad in 48 steps of DOP853 needs 3 for its
+/// pose, 5 for its columns.
+pub const FIELD_BEND_NOISE: f64 = 6.0;
 /// Round-off of columns in the same units, near a fold.
 pub const COLUMN_NOISE: f64 = 32.0;
 /// Round-off in f32 of the numbers that a column is made of, in units of epsilon, over the column's own size.

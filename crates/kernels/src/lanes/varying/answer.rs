@@ -170,8 +170,8 @@ fn write<L: VaryingPasses>(
     let second_order = amplification * (dot(step.0, step.0) + dot(step.1, step.1)) + turned;
     let far = (length(check.base.1) - one.constant(LITTLE_TURN)).max(one.constant(0.0));
     let far = far * responses * one.constant(program.bend_noise) * rounding;
-    let round_off = round_off.mul_add(one.constant(program.stage_noise), far);
-    let error = difference * one.constant(DIFFERENCE) * share + round_off + second_order;
+    let of_pose = round_off.mul_add(one.constant(program.stage_noise), far);
+    let error = difference * one.constant(DIFFERENCE) * share + of_pose + second_order;
     let (p, d1) = (Vec3::select(is_rounded, fine_p, p), Vec3::select(is_rounded, fine_d1, d1));
     let t = Vec3::select(is_rounded, fine_t, t);
     if program.first_beyond_rigid.is_some() {
@@ -253,7 +253,7 @@ fn write<L: VaryingPasses>(
     let off = (answer.0 - end.base.0, answer.1 - end.base.1);
     let both = difference + (norm(off) / margin).max(norm(moved(workspace, off)));
     let DerivativeScale { share: of_columns, floor } = program.derivative_scale;
-    let noise = amplification / margin * one.constant(FIELD_COLUMN_NOISE * ROUND_OFF * L::Scalar::EPSILON);
+    let noise = (round_off + far) / margin * one.constant(FIELD_COLUMN_NOISE);
     let derivative_error = (both * one.constant(of_columns)).max(one.constant(floor)) + noise;
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);
