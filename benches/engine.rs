@@ -3,7 +3,7 @@
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Start, Stepper};
 use rodsweep::spec::{Format, SweepSpec};
 use rodsweep::sweep::{ResultDirectory, RunOptions, run};
@@ -35,7 +35,7 @@ fn batch(spec: &SweepSpec, plan: &Plan) -> Batch {
     plan.batch(SAMPLES, |sample, row| sampler.values(sample as u64, row))
 }
 
-fn time(bencher: Bencher, engine: &mut Lanes, batch: &Batch) {
+fn time(bencher: Bencher, engine: &mut Cpu, batch: &Batch) {
     bencher.counter(ItemsCount::new(SAMPLES)).bench_local(|| engine.solve(batch).expect("solved"));
 }
 
@@ -44,7 +44,7 @@ fn time(bencher: Bencher, engine: &mut Lanes, batch: &Batch) {
 fn equilibrium<const BITS: usize>(bencher: Bencher, stepper: Stepper) {
     let spec = spec().sweep;
     let plan = Plan::new(&spec.scene, &spec.axis_parameters(), &[], options(stepper)).expect("a plan");
-    time(bencher, &mut Lanes::new(&plan, precision(BITS)).expect("an engine"), &batch(&spec, &plan));
+    time(bencher, &mut Cpu::new(&plan, precision(BITS)).expect("an engine"), &batch(&spec, &plan));
 }
 
 /// From rest, with the 6 x 17 Jacobian.
@@ -52,7 +52,7 @@ fn equilibrium<const BITS: usize>(bencher: Bencher, stepper: Stepper) {
 fn jacobian<const BITS: usize>(bencher: Bencher, stepper: Stepper) {
     let spec = spec().sweep;
     let plan = spec.plan(options(stepper)).expect("a plan");
-    time(bencher, &mut Lanes::new(&plan, precision(BITS)).expect("an engine"), &batch(&spec, &plan));
+    time(bencher, &mut Cpu::new(&plan, precision(BITS)).expect("an engine"), &batch(&spec, &plan));
 }
 
 /// From the equilibrium itself, with the Jacobian: little more than the last passes.
@@ -61,10 +61,10 @@ fn last_passes<const BITS: usize>(bencher: Bencher, stepper: Stepper) {
     let spec = spec().sweep;
     let plan = spec.plan(options(stepper)).expect("a plan");
     let rods = batch(&spec, &plan);
-    let found = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&rods).expect("solved");
+    let found = Cpu::new(&plan, Precision::F64).expect("an engine").solve(&rods).expect("solved");
     let start = |sample| Start { sample, m0: found.vector(sample, Quantity::BaseMoment), n0: None, known: &[] };
     let starts = plan.start_batch(&rods, &(0..SAMPLES).map(start).collect::<Vec<_>>());
-    time(bencher, &mut Lanes::new(&plan.with_starts(), precision(BITS)).expect("an engine"), &starts);
+    time(bencher, &mut Cpu::new(&plan.with_starts(), precision(BITS)).expect("an engine"), &starts);
 }
 
 fn precision(bits: usize) -> Precision {
@@ -76,7 +76,7 @@ struct Known(Plan, Solutions);
 
 impl Backend for Known {
     fn info(&self) -> BackendInfo {
-        Lanes::new(&self.0, Precision::F64).expect("an engine").info()
+        Cpu::new(&self.0, Precision::F64).expect("an engine").info()
     }
 
     fn plan(&self) -> &Plan {
@@ -97,7 +97,7 @@ impl Backend for Known {
 fn rows(bencher: Bencher, format: Format) {
     let spec = SweepSpec { format, sample_count: SAMPLES as u64, ..spec().sweep };
     let plan = spec.plan(options(Stepper::Dop853)).expect("a plan");
-    let solutions = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&batch(&spec, &plan)).expect("solved");
+    let solutions = Cpu::new(&plan, Precision::F64).expect("an engine").solve(&batch(&spec, &plan)).expect("solved");
     bencher
         .counter(ItemsCount::new(SAMPLES))
         .with_inputs(|| tempfile::tempdir().expect("a folder"))

@@ -1,4 +1,4 @@
-// Products of vectors and 3 x 3 matrices; a matrix is its columns. src/lanes/algebra.rs
+// Products of vectors and 3 x 3 matrices; a matrix is its columns. crates/core/src/cpu/algebra.rs
 
 fn zero_matrix() -> mat3x3<f32> {
     return mat3x3<f32>();

@@ -1,5 +1,5 @@
 // The pass with all columns at the end of a path, stability and status of the equilibrium, and the row of a sample. R4, J5
-// src/lanes/solve.rs
+// crates/core/src/cpu/equilibrium/solve.rs
 
 const NEWTON_LIMIT: u32 = 0u; //@spec
 const FINE_TRUST: f32 = 0.0; //@spec

@@ -1,5 +1,5 @@
 // A pass with care on several invocations a sample: each carries the rod and one column, by base moment or by base rotation.
-// A pass is then a third as long. src/lanes/shoot.rs
+// A pass is then a third as long. crates/core/src/cpu/rod/shoot.rs
 
 // Invocations of a sample; those beyond six columns carry none.
 const LANES: u32 = 8u; //@spec

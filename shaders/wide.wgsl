@@ -1,4 +1,4 @@
-// Whole numbers of 64 bits as (low, high), and the hash of src/sweep/sampling.rs on them.
+// Whole numbers of 64 bits as (low, high), and the hash of src/spec/sampling/hash.rs on them.
 
 fn wide_add(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
     let low = a.x + b.x;

@@ -7,9 +7,9 @@ pub use survey::GpuSurvey;
 pub use survey::{Memory, Survey, survey};
 
 use crate::backend::{Backend, BackendError, BackendKind, Precision};
+use crate::cpu::{Cpu, InstructionSet};
 #[cfg(feature = "gpu")]
 use crate::gpu;
-use crate::lanes::{InstructionSet, Lanes};
 use crate::model::{DerivativeScale, Plan, PlanOptions, Scene, Stepper};
 use crate::reference::Reference;
 
@@ -249,7 +249,7 @@ impl Engine {
             BackendKind::Gpu if searches => self.on_the_cpu().make(plan),
             BackendKind::Reference => Ok(witness(plan)),
             _ if has_gaps(&plan.scene) => Ok(witness(plan)),
-            BackendKind::Cpu => Ok(Box::new(Lanes::new(plan, self.precision)?)),
+            BackendKind::Cpu => Ok(Box::new(Cpu::new(plan, self.precision)?)),
             #[cfg(feature = "gpu")]
             BackendKind::Gpu => gpu::open(plan, self.precision),
             #[cfg(not(feature = "gpu"))]
@@ -291,7 +291,7 @@ impl Engine {
     pub fn make_for_one(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
         match self.kind {
             BackendKind::Cpu if !has_gaps(&plan.scene) => {
-                Ok(Box::new(Lanes::with_instruction_set(plan, self.precision, InstructionSet::for_one())?))
+                Ok(Box::new(Cpu::with_instruction_set(plan, self.precision, InstructionSet::for_one())?))
             }
             _ => self.make(plan),
         }
@@ -335,7 +335,7 @@ pub fn cpu_f64(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     if has_gaps(&plan.scene) {
         return Ok(witness(plan));
     }
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F64)?))
 }
 
 /// The CPU engine in f64 at a resolution that leaves no doubt, for samples that failed or are doubtful.

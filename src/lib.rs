@@ -5,7 +5,7 @@
 //!
 //! | rooms, from the ground up | hold |
 //! |---|---|
-//! | [`clock`], [`model`], [`backend`], [`lanes`] | processor time; rods, plans and statuses; the trait of all engines; the CPU engine (`crates/kernels`) |
+//! | [`clock`], [`model`], [`backend`], [`cpu`] | processor time; rods, plans and statuses; the trait of all engines; the CPU engine (`crates/core`) |
 //! | [`reference`](mod@reference), `gpu` | the reference; the GPU engine (feature `gpu`) |
 //! | [`files`], [`text`] | files that are replaced whole or not at all; text of users on its way to a terminal, a shell, a page |
 //! | [`table`], [`spec`], [`input`] | tables and their formats; what is asked for, as plain data; text to data, and back |
@@ -13,13 +13,14 @@
 //! | [`results`] | result directories: parts, identity, reading, merging |
 //! | [`sweep`] | running a sweep: jobs, sinks, the check against the reference |
 //! | [`study`] | questions that take more than one solution: solve, control, fit, simulation |
-//! | [`report`], [`figures`] | drawing plain data; the figures of runs and studies |
+//! | [`draw`], [`figures`] | drawing plain data; the figures of runs and studies |
 //! | [`shipped`] | files that the program brings along |
 //!
 //! What stands above names what stands below, never the other way; the engines do not name each other.
 //!
 //! How it is built is told in [`architecture`], what it computes in [`equations`], how it is used in `README.md`.
 
+pub mod draw;
 pub mod engines;
 pub mod figures;
 pub mod files;
@@ -27,7 +28,6 @@ pub mod files;
 pub mod gpu;
 pub mod input;
 pub mod reference;
-pub mod report;
 pub mod results;
 pub mod shipped;
 pub mod spec;
@@ -36,7 +36,7 @@ pub mod sweep;
 pub mod table;
 pub mod text;
 
-pub use rodsweep_kernels::{backend, clock, lanes, model};
+pub use rodsweep_core::{backend, clock, cpu, model};
 
 /// Licences and notices of this library and of everything that may be built into a program with it.
 pub const NOTICES: &str = include_str!("../NOTICES.txt");

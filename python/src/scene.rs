@@ -2,9 +2,9 @@
 
 use super::failure::Failure;
 use pyo3::prelude::*;
+use rodsweep::draw::{ImageFormat, encode};
 use rodsweep::input::{assign, parse_scene, read_scene, write_scene};
 use rodsweep::model::{Parameter, Scene};
-use rodsweep::report::{ImageFormat, encode};
 use rodsweep::study::{Solve, evenly_spaced};
 use std::path::PathBuf;
 use std::sync::OnceLock;

@@ -1,5 +1,5 @@
 // The second kernel of three: chord steps onto the fine grid and the check, from the end of a path or from anchors. R4
-// src/lanes/chord.rs
+// crates/core/src/cpu/equilibrium/chord.rs
 
 @compute @workgroup_size(WORKGROUP)
 fn approach(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -1,6 +1,6 @@
 // The third kernel of three: one pass with all columns, and the row of the sample. What Newton's method would move further,
 // and what needs another path, is left to another round. J5
-// src/lanes/solve.rs
+// crates/core/src/cpu/equilibrium/solve.rs
 
 // Whether the sample is done; else what comes next is told.
 fn conclude(is_last: bool) -> bool {

@@ -1,5 +1,5 @@
 // The guarded path of samples whose ramp was lost, on several invocations a sample. R4
-// src/lanes/path.rs
+// crates/core/src/cpu/equilibrium/path.rs
 
 @compute @workgroup_size(WORKGROUP)
 fn follow_with_care(

@@ -1,5 +1,5 @@
 // The first kernel of three: follows a path from rest and tells where it ended. R4
-// src/lanes/path.rs
+// crates/core/src/cpu/equilibrium/path.rs
 
 @compute @workgroup_size(WORKGROUP)
 fn follow(@builtin(global_invocation_id) id: vec3<u32>) {

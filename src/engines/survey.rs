@@ -4,9 +4,9 @@ use super::{Engine, EngineRequest, F32_TOLERANCE};
 #[cfg(feature = "gpu")]
 use crate::backend::BackendKind;
 use crate::backend::{Backend, BackendError, Precision};
+use crate::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use crate::gpu::{self, AdapterSummary, Device, SelfTest, self_test};
-use crate::lanes::Lanes;
 use crate::model::Plan;
 #[cfg(feature = "gpu")]
 use std::path::PathBuf;
@@ -66,7 +66,7 @@ pub struct GpuSurvey {
 /// A plan that the CPU engine does not model.
 pub fn survey(plan: &Plan) -> Result<Survey, BackendError> {
     Ok(Survey {
-        processor: Lanes::new(plan, Precision::F64)?.info().device,
+        processor: Cpu::new(plan, Precision::F64)?.info().device,
         memory: memory(),
         engine: EngineRequest::any().choose_for(&plan.scene, plan.options.tolerance),
         coarse_engine: EngineRequest::any().choose_for(&plan.scene, F32_TOLERANCE),

@@ -4,7 +4,7 @@ use super::files::Drawn;
 use super::workspace::outline::Outline;
 use super::workspace::sheets::write_both;
 use super::workspace::voxels::millimetres;
-use crate::report::{Colour, ColourScale, ReportError, VoxelPanel, VoxelRows, VoxelSheet, count};
+use crate::draw::{Colour, ColourScale, ReportError, VoxelPanel, VoxelRows, VoxelSheet, count};
 use crate::study::contact::{Answer, Cause, ContactMap, PointResult, RobustContact};
 use std::path::Path;
 

@@ -5,8 +5,8 @@ use super::field;
 use super::files::Drawn;
 use super::rod_motion::rod_motion;
 use super::wall::wall_of_run;
+use crate::draw::{AxisLabel, Colour, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
 use crate::model::{Parameter, SegmentParameter, Vector};
-use crate::report::{AxisLabel, Colour, Curves, Figure, Panel, ReportError, Series, Sheet, TipPath};
 use crate::study::{ControlRun, Outcome, TargetResult};
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! The figure of the simulated experiment: each trajectory on one catheter.
 
+use crate::draw::{AxisLabel, Canvas, Colour, Curves, Figure, Panel, PlaneCurves, ReportError, Series, Sheet};
 use crate::model::Vector;
-use crate::report::{AxisLabel, Canvas, Colour, Curves, Figure, Panel, PlaneCurves, ReportError, Series, Sheet};
 use crate::study::{ExperimentRun, PlayedTrajectory};
 
 /// Each trajectory of an experiment on the median catheter.

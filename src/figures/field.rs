@@ -1,7 +1,7 @@
 //! What makes the field vary, along the way of a rod that is commanded.
 
+use crate::draw::{FieldSource, Surroundings};
 use crate::model::Scene;
-use crate::report::{FieldSource, Surroundings};
 use crate::study::ControlRun;
 
 /// What stays where it is; no lines where an input moves the field.

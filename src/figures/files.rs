@@ -1,6 +1,6 @@
 //! Figures as files of a result directory, wherever that lies.
 
-use crate::report::{self, Figure, Marked, ReportError};
+use crate::draw::{self, Figure, Marked, ReportError};
 use crate::results::write_bytes;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Writes a figure as PNG and SVG, by the extensions, whole or not at all. It is drawn once, files are written side by
 /// side, and those that are there are replaced.
 fn write_all(figure: &dyn Figure, paths: &[impl AsRef<Path> + Sync]) -> Result<(), ReportError> {
-    report::write_with(figure, paths, &|path, bytes| write_bytes(path, bytes).map_err(std::io::Error::other))
+    draw::write_with(figure, paths, &|path, bytes| write_bytes(path, bytes).map_err(std::io::Error::other))
 }
 
 /// The same with a bar that says what speaks against what is shown, if anything does.

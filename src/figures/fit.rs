@@ -2,8 +2,8 @@
 
 use super::centreline::centreline;
 use super::wall::still_wall;
+use crate::draw::{Surroundings, TipPath};
 use crate::model::{Parameter, Vector};
-use crate::report::{Surroundings, TipPath};
 use crate::study::{Fit, FitJob};
 
 /// More rods than this are drawn as a choice.

@@ -1,6 +1,6 @@
-//! Figures of results: what studies and runs have found, drawn with [`report`](crate::report).
+//! Figures of results: what studies and runs have found, drawn with [`report`](crate::draw).
 //!
-//! Drawings of a study take what it gives and are a [`Figure`](crate::report::Figure).
+//! Drawings of a study take what it gives and are a [`Figure`](crate::draw::Figure).
 
 mod centreline;
 mod contact;

@@ -1,7 +1,7 @@
 //! The figure of a replay: observed tips beside those of the model.
 
+use crate::draw::TipPath;
 use crate::model::Vector;
-use crate::report::TipPath;
 use crate::study::{Replay, ReplayComparison};
 
 const NOWHERE: Vector = [f64::NAN; 3];

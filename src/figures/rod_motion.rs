@@ -3,8 +3,8 @@
 use super::centreline::positions;
 use super::field;
 use super::wall::wall_of_run;
+use crate::draw::{RodMotion, Stretch, StretchKind};
 use crate::model::{Scene, Segment, Vector};
-use crate::report::{RodMotion, Stretch, StretchKind};
 use crate::study::{ControlRun, TargetResult, along_segments};
 
 /// Points along a segment.

@@ -2,12 +2,12 @@
 
 use super::files::Drawn;
 use super::wall::still_wall;
-use crate::model::{Status, closest};
-use crate::reference;
-use crate::report::{
+use crate::draw::{
     AxisLabel, Cloud, Colour, Counts, Curves, FailureMap, Marker, Panel, ReportError, Series, Sheet, Surroundings,
     SweptAxis,
 };
+use crate::model::{Status, closest};
+use crate::reference;
 use crate::results::{Reduction, Results, ResultsError};
 use crate::spec::SweepSpec;
 use crate::table::{Column, Table, Values};

@@ -1,7 +1,7 @@
 //! Figures of a study of sensitivity: indices, slopes, first order against the rows, how indices settle, failures.
 
 use super::files::Drawn;
-use crate::report::{
+use crate::draw::{
     AxisLabel, Colour, Curves, Figure, Interval, IntervalBars, Marker, NumberMatrix, Panel, ReportError, Series, Sheet,
 };
 use crate::study::sensitivity::{Index, Order, Sensitivity, Spread};

@@ -1,9 +1,9 @@
 //! A solved rod's shape in space, with its coils, the field and the loads.
 
 use super::wall::wall;
+use crate::draw::{ForceAt, RodShape, Stretch, StretchKind, Surroundings};
 use crate::model::{ForcePlace, InnerForce, RigidRod, Rod, RodSegment, Scene, Segment, Status, Vector};
 use crate::reference::{Equilibrium, Pose, shape, solve_rod};
-use crate::report::{ForceAt, RodShape, Stretch, StretchKind, Surroundings};
 use crate::study::{Solved, along_segments, smooth_count};
 
 /// Points along the rod at rest.
@@ -26,11 +26,11 @@ pub struct NothingToDraw {
 /// # Example
 ///
 /// ```no_run
-/// use rodsweep::{figures, input, report, study::Solve};
+/// use rodsweep::{draw, figures, input, study::Solve};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let scene = input::read_scene("sweeps/scenes/tip_coil.toml".as_ref())?;
 /// let solved = Solve::new(scene).run()?;
-/// report::write(&figures::rod_shape(&solved)?, "rod.png".as_ref())?;
+/// draw::write(&figures::rod_shape(&solved)?, "rod.png".as_ref())?;
 /// # Ok(())
 /// # }
 /// ```
@@ -76,8 +76,8 @@ fn inner_forces(scene: &Scene, rod: &Rod, equilibrium: &Equilibrium) -> Vec<Forc
 
 fn stretch(segment: &Segment, rod: &RodSegment, poses: &[Pose]) -> Stretch {
     let kind = StretchKind::of(segment);
-    let dipole = match (kind, rod) {
-        (StretchKind::Coil, RodSegment::Rigid(RigidRod { dipole, .. })) => {
+    let dipole = match rod {
+        RodSegment::Rigid(RigidRod { dipole, .. }) if kind.has_dipole() => {
             let in_world = |pose: &Pose| pose.rotation.map(|row| (0..3).map(|k| row[k] * dipole[k]).sum());
             poses.first().map(in_world)
         }

@@ -1,7 +1,7 @@
 //! The figure of simulated trials with one catheter.
 
+use crate::draw::TipPath;
 use crate::model::Vector;
-use crate::report::TipPath;
 use crate::study::{ControlRun, Simulation, TRIALS};
 
 const GAP: [Vector; 1] = [[f64::NAN; 3]];

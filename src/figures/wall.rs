@@ -1,8 +1,8 @@
 //! The wall of a scene beside one rod, and beside many.
 
+use crate::draw::{DrawnWall, WallPress};
 use crate::model::WallParameter::{Anchor, Friction};
 use crate::model::{Parameter, Scene, TipOnWall};
-use crate::report::{DrawnWall, WallPress};
 use crate::study::{ControlRun, Solved};
 
 /// The wall of a solved scene, with what it does to the tip.

@@ -3,7 +3,7 @@
 use super::shader::interval_bound;
 use crate::backend::Precision;
 use crate::clock::Busy;
-use crate::model::path::growth_limit;
+use crate::model::tolerances::growth_limit;
 use crate::model::{Batch, Plan, Quantity, Rod, RodSegment, Solutions, Status, Vector};
 use rayon::prelude::*;
 

@@ -9,7 +9,7 @@ use super::pipelines::TurnPipeline;
 use super::shader::{KERNELS, Kernel, Settings, most_intervals, most_turns, node_bytes};
 use super::turns::{ALIGNMENT, Turns, most_samples, run};
 use crate::backend::{BackendError, Precision};
-use crate::model::path::{NODE_PACES, NodePace, are_two_equilibria};
+use crate::model::tolerances::{NODE_PACES, NodePace, are_two_equilibria};
 use crate::model::{Batch, Quantity, Solutions, Status};
 use std::time::Instant;
 

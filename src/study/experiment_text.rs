@@ -1,7 +1,7 @@
 //! The simulated experiment in words: for the terminal, and as a page.
 
 use super::{ExperimentRun, PlayedTrajectory, Simulation, TRIALS};
-use crate::report::TextTable;
+use crate::draw::TextTable;
 
 const HEADERS: [&str; 9] = [
     "trajectory",

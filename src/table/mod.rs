@@ -7,6 +7,7 @@ mod column;
 pub mod csv;
 mod error;
 mod lattice;
+pub mod mat;
 pub mod npy;
 pub mod npz;
 pub mod parquet;

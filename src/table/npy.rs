@@ -102,7 +102,7 @@ fn numbers_of<const WIDTH: usize>(data: &[u8], of: impl Fn([u8; WIDTH]) -> f64) 
 }
 
 /// From the first index the fastest.
-fn last_fastest(shape: &[usize], values: &[f64]) -> Vec<f64> {
+pub(super) fn last_fastest(shape: &[usize], values: &[f64]) -> Vec<f64> {
     let place = |mut at: usize| {
         let mut index = 0;
         // `at` counts with the last index the fastest.

@@ -3,8 +3,8 @@
 use crate::common::root;
 use crate::sandbox::{Output, Sandbox};
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::{Import, ImportOptions, import, parse_scene, read_scene};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     CoilWinding, Density, Flexible, Plan, PlanOptions, Profile, Scene, SegmentKind, ShearElasticity, Stiffness, Vector,
 };
@@ -144,7 +144,7 @@ fn imported_scenes_have_an_equilibrium() {
     for set in solvable() {
         let name = set["name"].as_str().unwrap();
         let plan = Plan::single(&scene(&format!("{name}.txt")), &[], PlanOptions::default()).unwrap();
-        let solutions = Lanes::new(&plan, Precision::F64).unwrap().solve(&plan.batch(1, |_, _| {})).unwrap();
+        let solutions = Cpu::new(&plan, Precision::F64).unwrap().solve(&plan.batch(1, |_, _| {})).unwrap();
         assert!(solutions.status(0).is_success(), "{name}: {:?}", solutions.status(0));
     }
 }

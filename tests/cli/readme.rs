@@ -10,7 +10,8 @@ use tempfile::TempDir;
 /// Samples of a sweep that a page runs whole.
 const SAMPLES: &str = "16";
 /// Where a path of ARCHITECTURE or of the guide may begin.
-const BEGINNINGS: [&str; 5] = ["", "src", "crates/kernels/src", "crates/bench/src", "crates/cli/src"];
+const BEGINNINGS: [&str; 7] =
+    ["", "src", "src/reference", "crates/core/src", "crates/core/src/cpu", "crates/bench/src", "crates/cli/src"];
 /// Words of a text that begin so are paths of the repository.
 const OURS: [&str; 9] = ["src/", "crates/", "shaders/", "sweeps/", "tests/", "benches/", "docs/", ".ci/", "LICENSE"];
 

@@ -3,8 +3,8 @@
 use crate::common::boxes::{self, axis, bent, currents, torn};
 use crate::common::root;
 use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::EngineRequest;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, Quantity, Solutions, Status};
 use rodsweep::results::AnchorAccount;
 use rodsweep::spec::{Shard, SweepSpec};
@@ -35,7 +35,7 @@ fn batch(plan: &Plan, spec: &SweepSpec, count: usize) -> Batch {
 }
 
 fn solve(plan: &Plan, batch: &Batch, precision: Precision) -> Solutions {
-    Lanes::new(plan, precision).expect("an engine").solve(batch).expect("solved")
+    Cpu::new(plan, precision).expect("an engine").solve(batch).expect("solved")
 }
 
 /// Success against success, tip against tip; returns the share that started from anchors.

@@ -3,7 +3,7 @@
 use crate::common::strategy::some_scenes;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status};
 
 const SCENES: usize = 1500;
@@ -18,7 +18,7 @@ fn parameters(scene: &Scene) -> Vec<Parameter> {
 fn solve(scene: &Scene, precision: Precision, base_moment_rows: bool) -> Solutions {
     let options = PlanOptions { base_moment_rows, ..PlanOptions::default() };
     let plan = Plan::single(scene, &parameters(scene), options).expect("a plan");
-    let mut lanes = Lanes::new(&plan, precision).expect("the CPU engine");
+    let mut lanes = Cpu::new(&plan, precision).expect("the CPU engine");
     lanes.solve(&plan.batch(1, |_, _| {})).expect("solutions")
 }
 

@@ -1,7 +1,7 @@
 //! A sample alone, whose columns lie side by side in the lanes of a register, against the same among others: to the last bit.
 
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::{InstructionSet, Lanes};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::model::{
     Coil, CoilWinding, Flexible, Loads, Node, Parameter, Plan, PlanOptions, Profile, Rigid, Scene, Segment,
     SegmentKind, Sensitivity, Solutions, Stiffness, Vector,
@@ -83,7 +83,7 @@ fn plans() -> Vec<Plan> {
     ]
 }
 
-fn solve(lanes: &mut Lanes, plan: &Plan, first: usize, count: usize) -> Solutions {
+fn solve(lanes: &mut Cpu, plan: &Plan, first: usize, count: usize) -> Solutions {
     lanes.solve(&plan.batch(count, |sample, row| row.copy_from_slice(&currents(first + sample)))).expect("solved")
 }
 
@@ -92,7 +92,7 @@ fn a_sample_alone_is_that_among_others() {
     for set in InstructionSet::available() {
         for precision in [Precision::F64, Precision::F32] {
             for (at, plan) in plans().into_iter().enumerate() {
-                let mut lanes = Lanes::with_instruction_set(&plan, precision, set).expect("available");
+                let mut lanes = Cpu::with_instruction_set(&plan, precision, set).expect("available");
                 let all = solve(&mut lanes, &plan, 0, SAMPLES);
                 let success = (0..SAMPLES).filter(|sample| all.status(*sample).is_success()).count();
                 assert!(success > SAMPLES / 2, "{}, plan {at}: {success} solved", set.name());

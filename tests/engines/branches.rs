@@ -2,13 +2,13 @@
 
 use crate::common::golden;
 use rodsweep::backend::{Backend, BackendError, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, Stepper};
 use rodsweep::reference::energy;
 use rodsweep::sweep::{BranchSearch, BranchTools, Branches};
 
 fn lanes(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F64)?))
 }
 
 pub fn branches(scene: &Scene) -> Branches {

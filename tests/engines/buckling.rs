@@ -3,7 +3,7 @@
 
 use crate::common::scenes::flexible;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{
     Axis, Base, Loads, Parameter, Plan, PlanOptions, Quantity, Scene, Segment, SegmentKind, Solutions, Stiffness,
 };
@@ -70,7 +70,7 @@ fn buckled(make: &dyn Fn(&Plan) -> Box<dyn Backend>) -> [usize; ACROSS.len()] {
 #[test]
 fn lanes_buckle_to_the_side_of_the_force() {
     let make =
-        |precision| move |plan: &Plan| Box::new(Lanes::new(plan, precision).expect("available")) as Box<dyn Backend>;
+        |precision| move |plan: &Plan| Box::new(Cpu::new(plan, precision).expect("available")) as Box<dyn Backend>;
     let found = buckled(&make(Precision::F64));
     assert!(found[..4].iter().all(|count| *count == LOADS.len() * DIRECTIONS.len()), "{found:?}");
     buckled(&make(Precision::F32));
@@ -80,7 +80,7 @@ fn lanes_buckle_to_the_side_of_the_force() {
 fn nodes_buckle_to_the_side_of_the_force() {
     let make = |precision| {
         move |plan: &Plan| {
-            let lanes = Lanes::new(plan, precision).expect("available");
+            let lanes = Cpu::new(plan, precision).expect("available");
             Box::new(lanes.by_nodes()) as Box<dyn Backend>
         }
     };

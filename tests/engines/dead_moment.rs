@@ -3,10 +3,10 @@
 use crate::common::root;
 use crate::stretches::{file, loaded, solve};
 use rodsweep::backend::Precision;
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::{parse_scene, read_scene};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, Solutions, Status, Stepper, Vector, rotation_angle};
 use rodsweep::reference::{Reference, solve_rod, solve_rod_by_nodes, stability_at};
 use rodsweep_bench::judge::{Word, judge};
@@ -40,7 +40,7 @@ fn engines(scene: &Scene) -> Vec<(String, Solutions, f64)> {
     let mut all = Vec::new();
     for (precision, pose) in POSE {
         let plan = plan(scene, precision);
-        let mut engine = Lanes::new(&plan, precision).expect("supported");
+        let mut engine = Cpu::new(&plan, precision).expect("supported");
         all.push((format!("cpu {precision}"), solve(&plan, &mut engine), pose));
     }
     let plan = plan(scene, Precision::F64);

@@ -4,9 +4,9 @@ use crate::common::check::{Errors, SMALL_COLUMN, SMALL_COLUMN_F32, Tolerance, ch
 use crate::common::day::is_of_today;
 use crate::common::golden::{self, GoldenCase};
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
-use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 
 /// The answers are good to 2.4e-11 and 64 steps of order eight leave less; scenes near a fold amplify both.
@@ -53,7 +53,7 @@ fn check_f32(engine: &str, parts: usize, options: PlanOptions, make: impl Fn(&Pl
 fn lanes_f64() {
     for (stepper, steps) in [(Stepper::Dop853, 64), (Stepper::Rk4, 2048)] {
         let options = PlanOptions { tolerance: 1e-12, stepper, steps, ..PlanOptions::default() };
-        let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F64).expect("supported")) as Box<dyn Backend>;
+        let make = |plan: &Plan| Box::new(Cpu::new(plan, Precision::F64).expect("supported")) as Box<dyn Backend>;
         print(&format!("cpu f64 {}", stepper.name()), &check_golden(&golden::dev(), options, make, F64));
     }
 }
@@ -61,7 +61,7 @@ fn lanes_f64() {
 #[test]
 fn lanes_f32() {
     let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 16, ..PlanOptions::default() };
-    let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F32).expect("supported")) as Box<dyn Backend>;
+    let make = |plan: &Plan| Box::new(Cpu::new(plan, Precision::F32).expect("supported")) as Box<dyn Backend>;
     check_f32("cpu f32", 1, options, make);
 }
 
@@ -70,7 +70,7 @@ fn every_instruction_set() {
     for set in InstructionSet::available() {
         let make = |precision: Precision| {
             move |plan: &Plan| {
-                Box::new(Lanes::with_instruction_set(plan, precision, set).expect("available")) as Box<dyn Backend>
+                Box::new(Cpu::with_instruction_set(plan, precision, set).expect("available")) as Box<dyn Backend>
             }
         };
         let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: 64, ..PlanOptions::default() };

@@ -3,7 +3,7 @@
 use super::limp_lanes::from_stiff_to_limp;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::{InstructionSet, Lanes};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::model::{Plan, PlanOptions, Quantity, Status};
 use rodsweep::reference::solve_rod;
 use std::ops::Range;
@@ -27,7 +27,7 @@ fn one(number: u64) -> Option<(Status, Option<String>)> {
     let scene = from_stiff_to_limp(SEED, number);
     let options = PlanOptions { tolerance: 1e-9, steps: 32, ..PlanOptions::default() };
     let plan = Plan::single(&scene, &[], options).ok()?;
-    let mut lanes = Lanes::with_instruction_set(&plan, Precision::F64, InstructionSet::for_one()).expect("available");
+    let mut lanes = Cpu::with_instruction_set(&plan, Precision::F64, InstructionSet::for_one()).expect("available");
     let found = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved");
     let status = found.status(0);
     let is_false = || {

@@ -2,7 +2,7 @@
 //! it does.
 
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{PlanOptions, Quantity, Status, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::spec::SweepSpec;
@@ -27,7 +27,7 @@ fn compare(radius: &str, seed: u64, samples: &[u64], precision: Precision) {
             sampler.values(*sample, row);
         }
     });
-    let found = Lanes::new(&plan, precision).expect("available").solve(&batch).expect("solved");
+    let found = Cpu::new(&plan, precision).expect("available").solve(&batch).expect("solved");
     let truth = Reference::new(&plan).solve(&batch).expect("solved");
     let mut solved = 0;
     for (at, sample) in samples.iter().enumerate() {

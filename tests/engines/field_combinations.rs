@@ -6,7 +6,7 @@ use super::common::fields::{FieldCase, cases};
 use super::fields::{plan_by_slots, slots as golden_slots};
 use super::rods::{all_slots, moved, rod_units};
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{
     Axis, Loads, Plan, PlanOptions, Quantity, Rigid, RigidRod, Rod, RodSegment, Scene, Segment, SegmentKind, Slot,
     Solutions, Stepper, Vector,
@@ -54,7 +54,7 @@ pub fn by_lanes(scene: &Scene, slots: &[Slot]) -> (Plan, Solutions) {
     let options = PlanOptions { tolerance: 1e-11, stepper: Stepper::Dop853, steps: 24, ..PlanOptions::default() };
     let plan = plan_by_slots(scene, slots, options);
     let batch = plan.batch(1, |_, _| {});
-    let solutions = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("a solved batch");
+    let solutions = Cpu::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("a solved batch");
     (plan, solutions)
 }
 

@@ -3,8 +3,8 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::EngineRequest;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::spec::SweepSpec;
@@ -62,7 +62,7 @@ pub fn both(spec: &SweepSpec, samples: &[u64], options: PlanOptions) -> [Solutio
             sampler.values(*sample, row);
         }
     });
-    let found = Lanes::new(&plan, Precision::F64).expect("available").solve(&batch).expect("solved");
+    let found = Cpu::new(&plan, Precision::F64).expect("available").solve(&batch).expect("solved");
     [found, Reference::new(&plan).solve(&batch).expect("solved")]
 }
 

@@ -6,8 +6,8 @@ use super::common::root;
 use super::fields::{asymmetry, tip_columns};
 use super::rods::{moved, rod_units};
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, CoilLoad, FieldMap, FieldSources, MapGrid, Parameter, Plan, PlanOptions, Quantity, Rod, RodField, RodMap,
     Scene, Slot, Status, Stepper, Vector,
@@ -192,7 +192,7 @@ fn engines_agree_in_a_map() {
             let options = PlanOptions { tolerance, stepper: Stepper::Dop853, steps: 24, ..PlanOptions::default() };
             let plan = Plan::single(&scene, &wrt, options).expect("a plan");
             let batch = plan.batch(1, |_, _| {});
-            let solutions = Lanes::new(&plan, precision).expect("an engine").solve(&batch).expect("solutions");
+            let solutions = Cpu::new(&plan, precision).expect("an engine").solve(&batch).expect("solutions");
             let slots = plan.slots();
             let found = solve_rod(&scene.rod(), &slots);
             assert!(solutions.status(0).is_success() && found.status.is_success(), "{:?}", solutions.status(0));
@@ -237,7 +237,7 @@ fn a_long_magnet_in_a_map_is_its_pieces() {
     let solve = |scene: &Scene| {
         let plan = Plan::single(scene, &wrt, options).expect("a plan");
         let batch = plan.batch(1, |_, _| {});
-        let solutions = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("solutions");
+        let solutions = Cpu::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("solutions");
         assert!(solutions.status(0).is_success());
         let column = |k: usize| -> [f64; 6] { std::array::from_fn(|row| solutions.derivative(0, k, row)) };
         (solutions.vector(0, Quantity::TipPosition), [0, 1].map(column), plan.units.length)
@@ -304,7 +304,7 @@ fn a_map_conserves_energy() {
 fn outside_of_a_map_there_is_no_answer() {
     let solve = |scene: &Scene| {
         let plan = Plan::single(scene, &[], PlanOptions { steps: 12, ..PlanOptions::default() }).expect("a plan");
-        let mut lanes = Lanes::new(&plan, Precision::F64).expect("an engine");
+        let mut lanes = Cpu::new(&plan, Precision::F64).expect("an engine");
         let by_lanes = lanes.solve(&plan.batch(1, |_, _| {})).expect("a solved batch").status(0);
         (solve_rod(&scene.rod(), &[]).status, by_lanes)
     };

@@ -3,10 +3,10 @@
 
 use crate::stretches::{distance, file, loaded, plan, solve};
 use rodsweep::backend::Precision;
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Quantity, Scene, Solutions, Status};
 use rodsweep::reference::Reference;
 
@@ -17,7 +17,7 @@ fn scene(name: &str) -> Scene {
 /// The CPU engine in f64 with 24 steps a segment, the reference, and how far their tips are apart, over the length.
 fn both(scene: &Scene) -> ([Solutions; 2], f64) {
     let plan = plan(scene, Precision::F64, 24);
-    let found = solve(&plan, &mut Lanes::new(&plan, Precision::F64).expect("supported"));
+    let found = solve(&plan, &mut Cpu::new(&plan, Precision::F64).expect("supported"));
     let truth = solve(&plan, &mut Reference::new(&plan));
     let apart = distance(&found, &truth, scene.total_length());
     ([found, truth], apart)
@@ -45,7 +45,7 @@ fn paths_lead_across_a_short_stretch_without_divergence() {
 fn single_precision_crosses_it_on_the_cpu() {
     let scene = scene("field_stretch.toml");
     let plan = plan(&scene, Precision::F32, 24);
-    let found = solve(&plan, &mut Lanes::new(&plan, Precision::F32).expect("supported"));
+    let found = solve(&plan, &mut Cpu::new(&plan, Precision::F32).expect("supported"));
     let truth = solve(&plan, &mut Reference::new(&plan));
     assert_eq!([found.status(0), truth.status(0)], [Status::Ramped; 2]);
     assert!(distance(&found, &truth, scene.total_length()) < 1e-3);

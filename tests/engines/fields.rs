@@ -9,8 +9,8 @@ use super::field_combinations::by_lanes;
 use super::rods::{moved, rod_units};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, Plan, PlanOptions, Rod, RodSegment, Scene, Slot, Status, Stepper, Vector, gradient_matrix,
 };
@@ -69,7 +69,7 @@ fn reference_matches_golden_fields() {
 }
 
 fn lanes(plan: &Plan, precision: Precision) -> Box<dyn Backend> {
-    Box::new(Lanes::new(plan, precision).expect("an engine"))
+    Box::new(Cpu::new(plan, precision).expect("an engine"))
 }
 
 #[test]
@@ -257,7 +257,7 @@ fn magnets_keep_their_distance_and_pull_in() {
     let case = cases().into_iter().find(|case| case.scene.name.starts_with("golden-dipole-5")).expect("a scene");
     let solve = |scene: &Scene| {
         let plan = Plan::single(scene, &[], PlanOptions { steps: 12, ..PlanOptions::default() }).expect("a plan");
-        let mut lanes = Lanes::new(&plan, Precision::F64).expect("an engine");
+        let mut lanes = Cpu::new(&plan, Precision::F64).expect("an engine");
         let by_lanes = lanes.solve(&plan.batch(1, |_, _| {})).expect("a solved batch").status(0);
         (solve_rod(&scene.rod(), &[]).status, by_lanes)
     };

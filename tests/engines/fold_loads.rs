@@ -3,7 +3,7 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Sensitivity, Solutions, Status};
 use rodsweep::spec::SweepSpec;
 
@@ -142,7 +142,7 @@ fn plan(scene: &str, inputs: &[(&str, f64)], sensitivity: Sensitivity) -> Plan {
 
 fn solve(plan: &Plan, rows: &[Vec<f64>]) -> (Batch, Solutions) {
     let batch = plan.batch(rows.len(), |at, row| row.copy_from_slice(&rows[at]));
-    let found = Lanes::new(plan, Precision::F64).expect("available").solve(&batch).expect("solved");
+    let found = Cpu::new(plan, Precision::F64).expect("available").solve(&batch).expect("solved");
     (batch, found)
 }
 

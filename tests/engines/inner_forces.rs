@@ -3,10 +3,10 @@
 use crate::common::root;
 use crate::stretches::{plan, solve};
 use rodsweep::backend::Precision;
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::parse_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Stepper, Vector, rotation_angle};
 use rodsweep::reference::Reference;
 use rodsweep_bench::judge::{Word, judge};
@@ -33,7 +33,7 @@ fn engines(scene: &Scene) -> Vec<(String, Solutions, f64)> {
     let mut all = Vec::new();
     for (precision, pose) in [(Precision::F64, 1e-8), (Precision::F32, 1e-4)] {
         let plan = plan(scene, precision, 24);
-        let mut engine = Lanes::new(&plan, precision).expect("supported");
+        let mut engine = Cpu::new(&plan, precision).expect("supported");
         all.push((format!("cpu {precision}"), solve(&plan, &mut engine), pose));
     }
     let plan = plan(scene, Precision::F64, 24);
@@ -166,7 +166,7 @@ fn its_derivatives_are_those_of_neighbours() {
             ..PlanOptions::default()
         };
         let plan = Plan::new(&scene, &[], &wrt, options).expect("the scene plans");
-        let lanes = solve(&plan, &mut Lanes::new(&plan, Precision::F64).expect("supported"));
+        let lanes = solve(&plan, &mut Cpu::new(&plan, Precision::F64).expect("supported"));
         let reference = solve(&plan, &mut Reference::new(&plan));
         for (k, parameter) in wrt.iter().enumerate() {
             let value = parameter.get(&scene);

@@ -3,7 +3,7 @@
 use crate::common::check::{difference, norm};
 use crate::common::golden;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{
     Matrix, Plan, PlanOptions, Profile, Quantity, Scene, Segment, SegmentKind, Solutions, Stiffness, Vector,
 };
@@ -18,7 +18,7 @@ fn solve(scene: &Scene) -> (Solutions, f64) {
     let options = PlanOptions { tolerance: 1e-12, steps: 64, ..PlanOptions::default() };
     let plan = Plan::single(scene, &[], options).expect("a valid scene");
     let batch = plan.batch(1, |_, _| {});
-    let mut lanes = Lanes::new(&plan, Precision::F64).expect("supported");
+    let mut lanes = Cpu::new(&plan, Precision::F64).expect("supported");
     let solutions = lanes.solve(&batch).expect("solved");
     assert!(solutions.status(0).is_success(), "{}: {:?}", scene.name, solutions.status(0));
     (solutions, plan.units.length)

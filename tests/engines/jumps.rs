@@ -4,9 +4,9 @@ use crate::common::day::today;
 use crate::common::root;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::{EngineRequest, witness};
 use rodsweep::input::{read_scene, sweep_of_rows};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, Matrix, Parameter, Plan, PlanOptions, Quantity, Scene, SegmentParameter, Status, Stepper, Vector,
     rotation_angle, rotation_matrix,
@@ -257,7 +257,7 @@ fn few_steps_do_not_hide_that_a_column_has_buckled() {
         let options = PlanOptions { stepper, steps, tolerance: 1e-6, ..PlanOptions::default() };
         let plan = Plan::new(&scene, &[], &[], options).expect("a plan");
         for precision in [Precision::F64, Precision::F32] {
-            let mut lanes = Lanes::new(&plan, precision).expect("available");
+            let mut lanes = Cpu::new(&plan, precision).expect("available");
             let status = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved").status(0);
             assert!(!status.is_success(), "{}, {steps} steps, {precision}: {}", stepper.name(), status.name());
         }

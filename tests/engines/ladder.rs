@@ -2,7 +2,7 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, LadderLine, Precision};
-use rodsweep::lanes::{Lanes, ladder};
+use rodsweep::cpu::{Cpu, ladder};
 use rodsweep::model::{PlanOptions, Status};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::ATTEMPTS;
@@ -27,7 +27,7 @@ fn rungs(scene: &str) -> Vec<(String, u64)> {
     let spec = SweepSpec::parse_with(&root().join("sweeps/s.toml"), text, &[("<scene>", scene)]).expect("a sweep");
     let plan = spec.plan(PlanOptions::default()).expect("a plan");
     let batch = plan.batch(1, |_, row| row[0] = 0.105);
-    let mut lanes = Lanes::new(&plan, Precision::F64).expect("available");
+    let mut lanes = Cpu::new(&plan, Precision::F64).expect("available");
     lanes.solve(&batch).expect("solved");
     lanes.rungs().into_iter().map(|rung| (rung.rung, rung.left)).collect()
 }

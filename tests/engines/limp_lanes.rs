@@ -7,8 +7,8 @@ use crate::common::root;
 use crate::false_folds::asked_scenes;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::engines::{SECOND_DERIVATIVES, cpu_f64};
-use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Axis, Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Status, Stepper};
 use rodsweep::reference::solve_rod;
 use rodsweep::sweep::choose_method;
@@ -32,7 +32,7 @@ fn options(sensitivity: Sensitivity) -> PlanOptions {
 }
 
 fn golden_errors(precision: Precision, sensitivity: Sensitivity) -> Vec<(LimpErrors, LimpCase)> {
-    let make = |plan: &Plan| Box::new(Lanes::new(plan, precision).expect("supported")) as Box<_>;
+    let make = |plan: &Plan| Box::new(Cpu::new(plan, precision).expect("supported")) as Box<_>;
     let measured = |case: LimpCase| (measure(&case, options(sensitivity), make), case);
     cases().into_par_iter().map(measured).collect()
 }
@@ -72,7 +72,7 @@ fn golden_scenes_in_f32() {
 #[test]
 fn estimates_hold_at_every_tolerance() {
     for tolerance in [1e-4, 1e-6, 1e-8] {
-        let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F64).expect("supported")) as Box<_>;
+        let make = |plan: &Plan| Box::new(Cpu::new(plan, Precision::F64).expect("supported")) as Box<_>;
         let measured = |case: &LimpCase| {
             (measure(case, PlanOptions { tolerance, ..options(Sensitivity::Auto) }, make), case.stated)
         };
@@ -98,7 +98,7 @@ fn estimates_hold_at_every_tolerance() {
 #[test]
 fn nodes_alone_find_the_golden_scenes() {
     let tolerance = Tolerance { pose: 1e-11, moment: 1e-11, jacobian: 1e-9, small_column: SMALL_COLUMN };
-    let make = |plan: &Plan| Box::new(Lanes::new(plan, Precision::F64).expect("supported").by_nodes()) as Box<_>;
+    let make = |plan: &Plan| Box::new(Cpu::new(plan, Precision::F64).expect("supported").by_nodes()) as Box<_>;
     assert_eq!(check_golden(&golden::dev(), options(Sensitivity::Auto), make, tolerance).len(), 60);
 }
 
@@ -112,7 +112,7 @@ fn neighbours_change_no_bit() {
     let plan = plan.expect("a valid plan");
     let share = |sample: usize| load * 10f64.powf(sample as f64 / 7.0 - 2.0);
     for precision in Precision::ALL {
-        let mut lanes = Lanes::new(&plan, precision).expect("supported");
+        let mut lanes = Cpu::new(&plan, precision).expect("supported");
         let together = lanes.solve(&plan.batch(21, |sample, row| row[0] = share(sample))).expect("solved");
         for sample in 0..21 {
             let alone = lanes.solve(&plan.batch(1, |_, row| row[0] = share(sample))).expect("solved");
@@ -131,7 +131,7 @@ fn instruction_sets_agree() {
     for case in cases().iter().filter(|case| case.scene.name.contains("taut_30") || case.scene.name.contains("1e4")) {
         let plan = Plan::single(&case.scene, &[], options(Sensitivity::Auto)).expect("a valid plan");
         for set in InstructionSet::available() {
-            let mut lanes = Lanes::with_instruction_set(&plan, Precision::F64, set).expect("available");
+            let mut lanes = Cpu::with_instruction_set(&plan, Precision::F64, set).expect("available");
             let found = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved");
             let tip = found.vector(0, Quantity::TipPosition);
             let apart = (0..3).map(|k| (tip[k] - case.p_tip[k]).powi(2)).sum::<f64>().sqrt();
@@ -174,7 +174,7 @@ pub fn from_stiff_to_limp(seed: u64, number: u64) -> Scene {
 fn disagreement(number: u64) -> Option<String> {
     let scene = from_stiff_to_limp(23, number);
     let plan = Plan::single(&scene, &[], options(Sensitivity::Auto)).ok()?;
-    let mut lanes = Lanes::new(&plan, Precision::F64).expect("supported");
+    let mut lanes = Cpu::new(&plan, Precision::F64).expect("supported");
     let found = lanes.solve(&plan.batch(1, |_, _| {})).expect("solved");
     let truth = solve_rod(&scene.rod(), &[]);
     let tip = found.vector(0, Quantity::TipPosition);

@@ -2,7 +2,7 @@
 
 use crate::common::scenes::flexible;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Base, Loads, Plan, PlanOptions, Quantity, Rigid, Scene, Segment, SegmentKind, Stiffness};
 use rodsweep::reference::{Reference, solve_rod};
 
@@ -57,7 +57,7 @@ fn a_fold_at_the_tip_is_seen() {
             assert!(found.status(0).is_success(), "{excess}: {:?}", found.status(0));
             found.get(0, Quantity::StabilityMargin)
         };
-        let cpu = |precision| Box::new(Lanes::new(&plan, precision).expect("available")) as Box<dyn Backend>;
+        let cpu = |precision| Box::new(Cpu::new(&plan, precision).expect("available")) as Box<dyn Backend>;
         let expected = margin(excess);
         let found = [solve(Box::new(Reference::new(&plan))), solve(cpu(Precision::F64)), solve(cpu(Precision::F32))];
         println!("{excess}: {expected:.6} {found:?}");
@@ -72,7 +72,7 @@ fn a_fold_at_the_tip_is_seen() {
 fn beyond_it_the_rod_is_no_longer_solved() {
     let scene = scene(-0.05);
     let plan = Plan::single(&scene, &[], PlanOptions::default()).expect("a plan");
-    let found = Lanes::new(&plan, Precision::F64).expect("available").solve(&plan.batch(1, |_, _| {})).expect("solved");
+    let found = Cpu::new(&plan, Precision::F64).expect("available").solve(&plan.batch(1, |_, _| {})).expect("solved");
     assert!(!found.status(0).is_success() && !solve_rod(&scene.rod(), &[]).status.is_success());
 }
 
@@ -81,6 +81,6 @@ fn beyond_it_the_rod_is_no_longer_solved() {
 fn an_ordinary_taut_rod_keeps_its_margin() {
     let scene = scene(15.0);
     let plan = Plan::single(&scene, &[], PlanOptions::default()).expect("a plan");
-    let found = Lanes::new(&plan, Precision::F64).expect("available").solve(&plan.batch(1, |_, _| {})).expect("solved");
+    let found = Cpu::new(&plan, Precision::F64).expect("available").solve(&plan.batch(1, |_, _| {})).expect("solved");
     assert!(found.get(0, Quantity::StabilityMargin) > 1.0);
 }

@@ -1,8 +1,8 @@
 //! What a scene costs depends on what it uses: counted operations of the kernels, plan by plan.
 
 use rodsweep::backend::Precision;
+use rodsweep::cpu::{Cpu, PassOperations};
 use rodsweep::input::parse_scene;
-use rodsweep::lanes::{Lanes, PassOperations};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Scene, Sensitivity, Stepper};
 use std::path::Path;
 
@@ -35,7 +35,7 @@ fn plan(scene: &Scene, wrt: &[&str], sensitivity: Sensitivity) -> Plan {
 }
 
 fn count(plan: &Plan) -> PassOperations {
-    let lanes = Lanes::new(plan, Precision::F64).expect("lanes");
+    let lanes = Cpu::new(plan, Precision::F64).expect("lanes");
     lanes.count_operations(&plan.batch(1, |_, _| {}), 0)
 }
 

@@ -4,9 +4,9 @@ use crate::common::root;
 use crate::common::strategy::some_scenes;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::cpu_f64;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::rotation_angle;
 use rodsweep::model::{Batch, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Stepper};
 use rodsweep::reference::Reference;
@@ -178,7 +178,7 @@ fn tally(all: &[Sampled], precision: Precision, stepper: Stepper, steps: usize) 
     let mut tally = Tally::default();
     for sampled in all {
         let plan = sampled.plan.with_options(options);
-        let found = Lanes::new(&plan, precision).expect("supported").solve(&sampled.batch).expect("solved");
+        let found = Cpu::new(&plan, precision).expect("supported").solve(&sampled.batch).expect("solved");
         tally.add(sampled, &found);
     }
     tally.report(&format!("cpu {precision}, {} of {steps}", stepper.name()));
@@ -226,7 +226,7 @@ fn with_pilots(seed: u64, mut judge: impl FnMut(&str, &Sampled, &Plan, &PilotCho
 
 /// Rows of samples in some precision, with what their estimates say.
 fn judged(name: &str, held_out: &Sampled, plan: &Plan, precision: Precision) -> (Solutions, Tally) {
-    let found = Lanes::new(plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
+    let found = Cpu::new(plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
     let mut tally = Tally::default();
     tally.add(held_out, &found);
     tally.report(name);
@@ -262,7 +262,7 @@ fn derivative_estimates_of_a_pilot_bound_errors() {
             for precision in [Precision::F64, Precision::F32] {
                 let chosen = choose_steps_for(&plan, &pilot.batch, &cpu_f64).expect("a choice");
                 let plan = held_out.plan.with_options(chosen.options(&plan));
-                let found = Lanes::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
+                let found = Cpu::new(&plan, precision).expect("supported").solve(&held_out.batch).expect("solved");
                 let errors = held_out.derivative_errors(&found);
                 let mut pessimism: Vec<f64> = errors.iter().map(|(error, estimate)| estimate / error).collect();
                 pessimism.sort_by(f64::total_cmp);
@@ -286,7 +286,7 @@ fn answers_come_from_twice_the_steps() {
     let largest = |steps: usize| {
         let options = PlanOptions { stepper: Stepper::Tp6, steps, ..PlanOptions::default() };
         let plan = sampled.plan.with_options(options);
-        let found = Lanes::new(&plan, Precision::F64).expect("supported").solve(&sampled.batch).expect("solved");
+        let found = Cpu::new(&plan, Precision::F64).expect("supported").solve(&sampled.batch).expect("solved");
         let of = |at: &usize| {
             let tip = |solutions: &Solutions| solutions.vector(*at, Quantity::TipPosition);
             crate::common::check::difference(&tip(&found), &tip(&sampled.truth))
@@ -313,7 +313,7 @@ fn few_steps_see_that_a_coil_against_the_field_is_unstable() {
             let options = PlanOptions { stepper, steps, base_moment_rows: false, ..PlanOptions::default() };
             let plan = Plan::single(&scene, &[], options).expect("a valid plan");
             let batch = plan.batch(1, |_, _| {});
-            let found = Lanes::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("solved");
+            let found = Cpu::new(&plan, Precision::F64).expect("an engine").solve(&batch).expect("solved");
             let margin = found.get(0, Quantity::StabilityMargin);
             assert!(found.status(0).is_success() && margin < 0.5, "{stepper:?}, {steps} steps: margin {margin}");
         }

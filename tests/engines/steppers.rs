@@ -1,8 +1,8 @@
 //! The methods of integration converge with their order, in every engine's hands the same tableau.
 
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Stepper};
 use rodsweep::reference::Reference;
 
@@ -46,7 +46,7 @@ fn errors_fall_with_the_order() {
                 (0..3).for_each(|axis| row[axis] = 3e-3 * ((sample * (axis + 3) + 7 * axis) as f64).sin());
             });
             let truth = Reference::new(&plan).solve(&batch).expect("solved");
-            let found = Lanes::new(&plan, Precision::F64).expect("supported").solve(&batch).expect("solved");
+            let found = Cpu::new(&plan, Precision::F64).expect("supported").solve(&batch).expect("solved");
             let mut sum = 0.0;
             for at in 0..SAMPLES {
                 assert!(found.status(at).is_success() && truth.status(at).is_success(), "{at}");

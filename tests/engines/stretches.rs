@@ -2,10 +2,10 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Scene, SegmentKind, Solutions, Status, Stepper, Vector};
 use rodsweep::reference::Reference;
 use rodsweep_bench::random::RandomScenes;
@@ -93,7 +93,7 @@ fn the_cpu_says_what_the_reference_says() {
             let truth = solve(&truth_plan, &mut Reference::new(&truth_plan));
             for ((precision, apart), steps) in APART.into_iter().flat_map(|of| STEPS.map(|steps| (of, steps))) {
                 let plan = plan(&scene, precision, steps);
-                let found = solve(&plan, &mut Lanes::new(&plan, precision).expect("supported"));
+                let found = solve(&plan, &mut Cpu::new(&plan, precision).expect("supported"));
                 // A first attempt may fail where a second does not.
                 if steps == STEPS[0] && !found.status(0).is_success() && truth.status(0).is_success() {
                     continue;
@@ -122,7 +122,7 @@ fn a_stretch_without_divergence_is_crossed() {
         let plan = plan(&loaded(&scene, share), Precision::F64, 24);
         let mut engines: Vec<Box<dyn Backend>> = vec![Box::new(Reference::new(&plan))];
         for precision in Precision::ALL {
-            engines.push(Box::new(Lanes::new(&plan, precision).expect("supported")));
+            engines.push(Box::new(Cpu::new(&plan, precision).expect("supported")));
         }
         for (k, engine) in engines.iter_mut().enumerate() {
             let found = solve(&plan, engine.as_mut());
@@ -138,7 +138,7 @@ fn where_the_rod_diverges_the_path_ends() {
     let scene = read_scene(&file("far_step.toml")).expect("the scene reads");
     for share in [0.6, 1.0] {
         let plan = plan(&loaded(&scene, share), Precision::F64, 24);
-        let found = solve(&plan, &mut Lanes::new(&plan, Precision::F64).expect("supported"));
+        let found = solve(&plan, &mut Cpu::new(&plan, Precision::F64).expect("supported"));
         let truth = solve(&plan, &mut Reference::new(&plan));
         for (found, name) in [(found, "cpu"), (truth, "reference")] {
             assert_eq!(found.status(0), Status::Fold, "{name} at {share}");

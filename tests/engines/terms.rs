@@ -3,10 +3,10 @@
 
 use crate::common::day::is_of_today;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::parse_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Sensitivity, Solutions, Stepper};
 use rodsweep::reference::Reference;
 use std::path::Path;
@@ -175,7 +175,7 @@ fn check_lanes(precision: Precision, steps: usize, small: f64, limit: f64) {
     for (name, scene, expected) in expected() {
         for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
             let plan = plan(&scene, &parameters(&scene), sensitivity, Stepper::Dop853, steps);
-            let found = solve(&mut Lanes::new(&plan, precision).expect("lanes"));
+            let found = solve(&mut Cpu::new(&plan, precision).expect("lanes"));
             assert!(found.status(0).is_success(), "{name}, {sensitivity:?}: {:?}", found.status(0));
             let (error, what) = difference(&plan, &found, &expected, small);
             if error.is_nan() || error > limit {
@@ -286,7 +286,7 @@ fn without_the_force_arm_lanes_agree_with_the_reference() {
     for (name, mut scene) in scenes() {
         scene.rigid_force_arm = false;
         let plan = plan(&scene, &parameters(&scene), Sensitivity::Auto, Stepper::Dop853, 32);
-        let found = solve(&mut Lanes::new(&plan, Precision::F64).expect("lanes"));
+        let found = solve(&mut Cpu::new(&plan, Precision::F64).expect("lanes"));
         let (error, what) = difference(&plan, &found, &solve(&mut Reference::new(&plan)), IN_F64);
         assert!(found.status(0).is_success() && error <= F64, "{name}: {:?}, {error:.1e} in {what}", found.status(0));
         if error > worst.0 {

@@ -4,9 +4,9 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::reference::{Reference, stability_at};
 use rodsweep::spec::SweepSpec;
@@ -112,13 +112,13 @@ fn solve(spec: &SweepSpec, plan: &Plan, backend: &mut dyn Backend, indices: &[u6
 /// On the CPU in f64.
 fn solve_by_lanes(spec: &SweepSpec, plan: &Plan, steps: usize, indices: &[u64]) -> Solutions {
     let plan = plan.with_options(PlanOptions { steps, tolerance: TOLERANCE, ..plan.options });
-    solve(spec, &plan, &mut Lanes::new(&plan, Precision::F64).expect("supported"), indices)
+    solve(spec, &plan, &mut Cpu::new(&plan, Precision::F64).expect("supported"), indices)
 }
 
 /// An engine as `run` takes it, or nothing where this machine lacks it.
 fn engine(kind: BackendKind, precision: Precision, plan: &Plan) -> Option<Box<dyn Backend>> {
     if kind == BackendKind::Cpu {
-        return Some(Box::new(Lanes::new(plan, precision).expect("supported")));
+        return Some(Box::new(Cpu::new(plan, precision).expect("supported")));
     }
     let device = device_or_skip("trust on the GPU")?;
     if precision == Precision::F64 && !device.adapter().has_f64 {
@@ -135,7 +135,7 @@ fn check(spec: &SweepSpec) {
     let truth = solve(spec, &plan, &mut Reference::new(&plan), &indices);
     for (kind, precision, stepper, tolerance) in ENGINES {
         let plan = plan.with_options(PlanOptions { stepper, tolerance, ..plan.options });
-        let factory = |plan: &Plan| Ok(Box::new(Lanes::new(plan, Precision::F64)?) as Box<dyn Backend>);
+        let factory = |plan: &Plan| Ok(Box::new(Cpu::new(plan, Precision::F64)?) as Box<dyn Backend>);
         let steps = choose_steps(&plan, &spec.sampler(), &factory).expect("a resolution").steps;
         let plan = plan.with_options(PlanOptions { steps, ..plan.options });
         let Some(mut engine) = engine(kind, precision, &plan) else { continue };

@@ -2,7 +2,7 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{Memory, SweepJob};
@@ -78,7 +78,7 @@ fn judged(precision: Precision, share: f64) -> Solutions {
     let batch = plan.batch(JUDGED.len(), |at, row| {
         row.iter_mut().zip(JUDGED[at].0).for_each(|(to, current)| *to = 1e-3 * share * current);
     });
-    Lanes::new(&plan, precision).expect("available").solve(&batch).expect("solved")
+    Cpu::new(&plan, precision).expect("available").solve(&batch).expect("solved")
 }
 
 #[test]
@@ -143,7 +143,7 @@ dipole_per_length = [0, 0, 1.0]
         for at in 0..16 {
             let per_length = 0.3 + 0.04 * f64::from(at);
             let batch = plan.batch(1, |_, row| row[0] = per_length);
-            let found = Lanes::new(&plan, Precision::F64).expect("available").solve(&batch).expect("solved");
+            let found = Cpu::new(&plan, Precision::F64).expect("available").solve(&batch).expect("solved");
             let load = critical(5e-3 * per_length);
             if load > 1.0 {
                 assert!(found.status(0).is_success(), "sample {at}: load {load}");

@@ -8,8 +8,8 @@ use super::rods::{all_slots, moved, rod_units, wall_slots};
 use nalgebra::{DMatrix, Matrix3, Matrix3x2, Rotation3, SMatrix, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::parse_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, BaseWrench, ContactColumn, Matrix, Parameter, Plan, PlanOptions, Quantity, Rigid, Rod, RodField, RodSegment,
     RodWall, Scene, SegmentKind, Side, Slot, Status, TipOnWall, Vector, Wall, WallShape,
@@ -388,7 +388,7 @@ const CPU: Tolerance = Tolerance { pose: 1e-9, force: 1e-9, columns: 1e-7, small
 #[test]
 fn cpu_matches_golden_walls() {
     let options = PlanOptions { steps: 32, tolerance: 1e-11, derivative_tolerance: 1e-8, ..PlanOptions::default() };
-    let engine = |plan: &Plan| Lanes::new(plan, Precision::F64).expect("instructions of this machine");
+    let engine = |plan: &Plan| Cpu::new(plan, Precision::F64).expect("instructions of this machine");
     check_golden("cpu f64", options, CPU, |plan| Box::new(engine(plan)));
 }
 
@@ -833,7 +833,7 @@ fn rods_that_a_wall_does_not_touch_keep_their_rows() {
     let solve = |scene: &Scene| {
         let plan = Plan::new(scene, &axes, &wrt, PlanOptions::default()).expect("a plan");
         let batch = plan.batch(rows.len(), |row, values| values.copy_from_slice(&rows[row]));
-        Lanes::new(&plan, Precision::F64).expect("instructions of this machine").solve(&batch).expect("solutions")
+        Cpu::new(&plan, Precision::F64).expect("instructions of this machine").solve(&batch).expect("solutions")
     };
     let (beside, alone) = (solve(&scene), solve(&free));
     let mut untouched = 0;
@@ -870,7 +870,7 @@ fn turns_of_a_coming_wall_are_seen() {
         let options = PlanOptions { steps: 16, ..PlanOptions::default() };
         let plan = Plan::single(&scene, &[], options).expect("a plan");
         let batch = plan.batch(1, |_, _| {});
-        let row = Lanes::new(&plan, Precision::F64).expect("instructions of this machine").solve(&batch);
+        let row = Cpu::new(&plan, Precision::F64).expect("instructions of this machine").solve(&batch);
         let row = row.expect("a solution");
         if row.status(0) != Status::Fold {
             continue;

@@ -2,7 +2,7 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions};
 use rodsweep::reference::Reference;
 use rodsweep::spec::SweepSpec;
@@ -70,7 +70,7 @@ fn compare(map: &Map, name: &str, found: &Solutions, truth: &Solutions, toleranc
 fn right_branch() {
     let map = map();
     for (precision, tolerance) in [(Precision::F64, TOLERANCE), (Precision::F32, TOLERANCE_F32)] {
-        let mut lanes = Lanes::new(&map.plan, precision).expect("supported");
+        let mut lanes = Cpu::new(&map.plan, precision).expect("supported");
         let found = solve(&map, &mut lanes, &map.indices);
         let given_up = compare(&map, &precision.to_string(), &found, &TRUTH, tolerance);
         // Before any second attempt: fewer than one in a thousand.
@@ -82,7 +82,7 @@ fn right_branch() {
 fn error_estimates_bound_errors() {
     let map = map();
     let truth = &*TRUTH;
-    let mut lanes = Lanes::new(&map.plan, Precision::F64).expect("supported");
+    let mut lanes = Cpu::new(&map.plan, Precision::F64).expect("supported");
     let found = solve(&map, &mut lanes, &map.indices);
     let mut beyond = 0;
     for sample in (0..map.indices.len()).filter(|sample| found.status(*sample).is_success()) {
@@ -102,7 +102,7 @@ fn row(solutions: &Solutions, sample: usize) -> Vec<u64> {
 fn rows_do_not_depend_on_order_batches_or_threads() {
     let map = map();
     for precision in [Precision::F64, Precision::F32] {
-        let mut lanes = Lanes::new(&map.plan, precision).expect("supported");
+        let mut lanes = Cpu::new(&map.plan, precision).expect("supported");
         let whole = solve(&map, &mut lanes, &map.indices);
         let reversed: Vec<u64> = map.indices.iter().rev().copied().collect();
         let backwards = solve(&map, &mut lanes, &reversed);

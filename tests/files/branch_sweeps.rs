@@ -5,10 +5,10 @@ use crate::common::root;
 use crate::common::runs::{manifest_of, read_columns, reduced, resume_in, run_into, spec_of, status_of};
 use rodsweep::backend::BackendFactory;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::write_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
 use rodsweep::reference::{Reference, energy};
 use rodsweep::results::merge;
@@ -21,7 +21,7 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 fn lanes(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F64)?))
 }
 
 fn gpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {

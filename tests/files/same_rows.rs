@@ -3,9 +3,9 @@
 use crate::common::runs::read_columns;
 use crate::common::{root, runs};
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::gpu::{Device, Gpu};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Status, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::results::merge;
@@ -64,7 +64,7 @@ fn plan(stepper: Stepper, steps: usize) -> Plan {
 
 fn second(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     let plan = plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps: 24, ..plan.options });
-    Ok(Box::new(Lanes::new(&plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(&plan, Precision::F64)?))
 }
 
 fn third(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
@@ -110,7 +110,7 @@ fn on_the_cpu_bit_by_bit() {
     let dir = tempfile::tempdir().expect("a directory");
     for precision in [Precision::F64, Precision::F32] {
         let plan = plan(Stepper::Dop853, STEPS);
-        let mut lanes = Lanes::new(&plan, precision).expect("supported");
+        let mut lanes = Cpu::new(&plan, precision).expect("supported");
         let mut go = |name: &str, chunk, shard: &str| {
             run_into(&mut lanes, dir.path().join(format!("{precision}-{}", name.replace('/', "-"))), chunk, shard)
         };
@@ -152,7 +152,7 @@ fn on_a_gpu() {
     assert!(merge(&shards, &merged).expect("merges").is_complete());
     assert_eq!(column(&whole, "status"), column(&rows(&merged), "status"));
 
-    let mut lanes = Lanes::new(&plan, Precision::F32).expect("supported");
+    let mut lanes = Cpu::new(&plan, Precision::F32).expect("supported");
     let cpu = rows(&run_into(&mut lanes, dir.path().join("cpu"), CHUNK, "1/1"));
     let (codes, other) = (column(&whole, "status"), column(&cpu, "status"));
     let status = |code: &u64| Status::from_code(*code as u8).expect("a status");

@@ -4,8 +4,8 @@ use crate::arc::{options, small};
 use crate::common::runs::{manifest_of, run_into};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::clock::{Busy, process_time, thread_time};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::cpu_f64;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{BLOCK, Plan, PlanOptions};
 use rodsweep::reference::Reference;
 use rodsweep::results::Timings;
@@ -31,7 +31,7 @@ fn stages_of_a_run_take_no_more_than_the_process() {
     // More than so few steps can give, so that there are second attempts.
     let spec = SweepSpec { tolerance: 1e-12, ..small("parquet") };
     let plan = spec.plan(PlanOptions { steps: 2, ..PlanOptions::default() }).expect("a plan");
-    let mut engine = Lanes::new(&plan, Precision::F64).expect("an engine");
+    let mut engine = Cpu::new(&plan, Precision::F64).expect("an engine");
     let trusted = |plan: &Plan| Ok(Box::new(Reference::new(plan)) as Box<dyn Backend>);
     let options = RunOptions { trusted: Some(&trusted), refiners: vec![&cpu_f64], ..options() };
     let dir = tempfile::tempdir().expect("a folder");
@@ -60,7 +60,7 @@ fn work_of_other_threads_counts_where_it_was_begun() {
     let batch = || plan.batch(4 * BLOCK, |at, row| sampler.values(at as u64, row));
     let solved = batch();
     let mut engines: [Box<dyn Backend>; 2] =
-        [Box::new(Lanes::new(&plan, Precision::F64).expect("an engine")), Box::new(Reference::new(&plan))];
+        [Box::new(Cpu::new(&plan, Precision::F64).expect("an engine")), Box::new(Reference::new(&plan))];
     let [lanes, reference] = &mut engines;
     let mut works: [(&str, &mut dyn FnMut()); 3] = [
         ("batch", &mut || drop(batch())),

@@ -3,9 +3,9 @@
 use crate::arc::{Arc, arc, contents, options, parts, shipped, small};
 use crate::common::runs::{manifest_of, read_columns, reduced, resume_in, run_into, spec_of, status_of};
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::cpu_f64;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
 use rodsweep::results::{ResultsError, TIPS_FILE, WORKSPACE_FILE, WORST_FILE, merge, read_parquet_table};
 use rodsweep::spec::{Shard, SweepSpec};
@@ -373,12 +373,12 @@ fn doubt_is_settled_before_a_second_attempt() {
     let dir = tempfile::tempdir().unwrap();
     let settle = |plan: &Plan| {
         let finer = plan.with_options(PlanOptions { stepper: Stepper::Dop853, steps: 16, ..plan.options });
-        Ok(Box::new(Lanes::new(&finer, Precision::F64)?) as Box<dyn Backend>)
+        Ok(Box::new(Cpu::new(&finer, Precision::F64)?) as Box<dyn Backend>)
     };
     // Nothing is left for it.
     let refiner = |_: &Plan| Err(BackendError::NoDevice { reason: "a second attempt was made".into() });
     let options = RunOptions { settle: Some(&settle), refiners: vec![&refiner], limit: Some(1000), ..options() };
-    let mut engine = Lanes::new(&plan, Precision::F64).unwrap();
+    let mut engine = Cpu::new(&plan, Precision::F64).unwrap();
     let summary = run_into(dir.path(), &spec, &mut engine, &options).unwrap();
     assert_eq!(summary.failed(), 0);
     assert!(summary.count(Status::Refined) > 500, "{}", summary.count(Status::Refined));

@@ -4,10 +4,10 @@ use crate::common::boxes::{self, axis, bent, currents, torn};
 use crate::common::runs::run_into;
 use crate::reduce::{Rows, expect_same, plan_of};
 use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::{EngineRequest, witness};
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::gpu::{Device, Gpu};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Anchor, AnchorAxis, Anchors, Batch, Plan, PlanAnchors, Quantity, Solutions, Status};
 use rodsweep::results::AnchorAccount;
 use rodsweep::spec::{Shard, SweepSpec};
@@ -63,7 +63,7 @@ fn compare(name: &str, samples: u64, axes: &str, count: u64, kind: (Precision, b
     let batch = batch(&plan, &spec, &(0..count).collect::<Vec<_>>());
     let begin = std::time::Instant::now();
     let from_rest = from_rest(&plan);
-    let truth = Lanes::new(&from_rest, Precision::F64).unwrap().solve(&batch).unwrap();
+    let truth = Cpu::new(&from_rest, Precision::F64).unwrap().solve(&batch).unwrap();
     let expected = solve(&device, &from_rest, precision, in_stages, &batch);
     let found = solve(&device, &plan, precision, in_stages, &batch);
     let bits = |of: &Solutions, at: usize| -> Vec<u64> {

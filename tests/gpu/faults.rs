@@ -4,9 +4,9 @@
 use crate::common::root;
 use crate::common::runs::{manifest_of, read_columns};
 use rodsweep::backend::{Backend, BackendError, Precision, ReduceJob, Reduced};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::testing::{Faults, Flip, device_or_skip};
 use rodsweep::gpu::{Device, Gpu};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{BLOCK, Plan, PlanOptions, Quantity, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::results::{SampleOrigin, TIPS_FILE, WORKSPACE_FILE, read_parquet_table};
@@ -56,7 +56,7 @@ fn gpu(plan: &Plan, faults: Faults) -> Option<Result<Gpu, BackendError>> {
 }
 
 fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F32)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F32)?))
 }
 
 fn trusted(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {

@@ -4,11 +4,11 @@ use crate::common::check::{difference, norm};
 use crate::common::fields::{FieldCase, cases, engine_errors, plan_by_slots};
 use crate::common::{root, scenes};
 use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::EngineRequest;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::gpu::{Device, Gpu};
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, Parameter, Plan, PlanOptions, Quantity, Rigid, Scene, Segment, SegmentKind, Slot, Solutions, Status, Stepper,
 };
@@ -33,8 +33,8 @@ fn gpu(device: &Device, plan: &Plan) -> Gpu {
     Gpu::new(device.clone(), plan, Precision::F32).expect("supported")
 }
 
-fn lanes(plan: &Plan, precision: Precision) -> Lanes {
-    Lanes::new(plan, precision).expect("supported")
+fn lanes(plan: &Plan, precision: Precision) -> Cpu {
+    Cpu::new(plan, precision).expect("supported")
 }
 
 /// Pose, base moment, stability index and every column.

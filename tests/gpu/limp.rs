@@ -4,10 +4,10 @@ use crate::common::check::{difference, norm, pose_error};
 use crate::common::day::is_of_today;
 use crate::common::limp::{LimpCase, cases, measure};
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::second_attempt;
 use rodsweep::gpu::testing::{Faults, device_or_skip};
 use rodsweep::gpu::{Device, Gpu};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Axis, Batch, Parameter, Plan, PlanOptions, Quantity, Sensitivity, Solutions, Status, Stepper};
 
 /// Of the tip position, over the length.
@@ -55,7 +55,7 @@ fn expect_golden(device: &Device, cases: impl Iterator<Item = LimpCase>) {
         let plan = Plan::single(&case.scene, &[], options(Sensitivity::Auto)).expect("a valid plan");
         let batch = plan.batch(1, |_, _| {});
         let found = solve(&mut gpu(device, &plan), &batch);
-        let cpu = solve(&mut Lanes::new(&plan, Precision::F32).expect("supported"), &batch);
+        let cpu = solve(&mut Cpu::new(&plan, Precision::F32).expect("supported"), &batch);
         let length = plan.units.length;
         let golden = |solutions: &Solutions| pose_error(solutions, 0, &case.p_tip, &case.R_tip, length);
         let position = difference(&found.vector(0, Quantity::TipPosition), &case.p_tip) / length;

@@ -4,10 +4,10 @@ use crate::common::day::is_of_today;
 use crate::common::root;
 use crate::common::runs::run_into;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::shader::Generator;
 use rodsweep::gpu::testing::{device_or_skip, generate_inputs};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Entry, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::results::{SampleOrigin, TIPS_FILE, WORKSPACE_FILE};
 use rodsweep::spec::{AxisSpec, Shard, SweepSpec};
@@ -133,7 +133,7 @@ impl Backend for Rows {
 }
 
 fn second(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F64)?))
 }
 
 /// What came of a run, and where its files lie.

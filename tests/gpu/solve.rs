@@ -5,11 +5,11 @@ use crate::common::day::is_of_today;
 use crate::common::scenes::flexible;
 use crate::common::{golden, scenes};
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::gpu::shader::{KERNELS, Kernel};
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::gpu::{Device, Gpu};
-use rodsweep::lanes::Lanes;
-use rodsweep::model::path::growth_limit;
+use rodsweep::model::tolerances::growth_limit;
 use rodsweep::model::{
     Axis, Base, Batch, Coil, CoilWinding, Flexible, Loads, Node, Parameter, Plan, PlanOptions, Profile, Quantity,
     Rigid, Scene, Segment, SegmentKind, Sensitivity, Solutions, Status, Stepper, Stiffness, Vector,
@@ -99,7 +99,7 @@ fn compare(plan: &Plan, found: &Solutions, expected: &Solutions, tolerance: Tole
 /// Solves on the GPU and on the CPU in both precisions, and compares.
 fn check_plan(name: &str, mut gpu: Gpu, plan: &Plan, batch: &Batch) -> Solutions {
     let found = gpu.solve(batch).unwrap();
-    let cpu = |precision| Lanes::new(plan, precision).unwrap().solve(batch).unwrap();
+    let cpu = |precision| Cpu::new(plan, precision).unwrap().solve(batch).unwrap();
     let f64s = compare(plan, &found, &cpu(Precision::F64), AGAINST_F64);
     let f32s = compare(plan, &found, &cpu(Precision::F32), AGAINST_F32);
     let first = gpu.timings().compile + gpu.timings().first_dispatch;
@@ -381,7 +381,7 @@ fn the_hardest_samples_are_right_or_say_that_passes_ran_out() {
         }
     });
     let found = Gpu::new(device.clone(), &plan, Precision::F32).unwrap().solve(&batch).unwrap();
-    let expected = Lanes::new(&plan, Precision::F64).unwrap().solve(&batch).unwrap();
+    let expected = Cpu::new(&plan, Precision::F64).unwrap().solve(&batch).unwrap();
     let mut counts = [0; Status::ALL.len()];
     let (mut worst, mut differing) = (0.0f64, Vec::new());
     for sample in 0..rows.len() {

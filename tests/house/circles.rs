@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 /// Folders of one crate each, and the name by which the crate's own files may call it.
-const CRATES: [&str; 5] = ["src", "crates/kernels/src", "crates/bench/src", "crates/cli/src", "python/src"];
+const CRATES: [&str; 5] = ["src", "crates/core/src", "crates/bench/src", "crates/cli/src", "python/src"];
 
 /// A folder whose private files may refer to each other: the scene and its parameters say the same thing from two sides.
-const ONE_DETAIL: [&str; 1] = ["crates/kernels/src/model/"];
+const ONE_DETAIL: [&str; 1] = ["crates/core/src/model/"];
 
 type Module = Vec<String>;
 

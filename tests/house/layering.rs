@@ -4,22 +4,22 @@ use std::fs;
 
 /// What each room may name, besides itself; from the bottom up, so that nothing names what stands above it.
 ///
-/// The engines `reference`, `lanes` and `gpu` are blind to each other: a shared mistake would cancel itself.
+/// The engines `reference`, `cpu` and `gpu` are blind to each other: a shared mistake would cancel itself.
 const ROOMS: [(&str, &[&str]); 22] = [
     ("clock", &[]),
     ("model", &["clock"]),
     ("backend", &["model"]),
-    ("lanes", &["clock", "model", "backend"]),
+    ("cpu", &["clock", "model", "backend"]),
     ("reference", &["clock", "model", "backend"]),
     ("gpu", &["clock", "model", "backend"]),
     ("shipped", &[]),
     ("files", &[]),
     ("text", &[]),
-    ("report", &["model", "files", "text"]),
+    ("draw", &["model", "files", "text"]),
     ("table", &["clock", "model", "files", "text"]),
     ("spec", &["model", "backend"]),
     ("input", &["model", "files", "table", "spec"]),
-    ("engines", &["model", "backend", "reference", "lanes", "gpu"]),
+    ("engines", &["model", "backend", "reference", "cpu", "gpu"]),
     ("results", &["clock", "model", "backend", "files", "text", "table", "spec", "input"]),
     ("sweep", &["clock", "model", "backend", "reference", "table", "spec", "input", "engines", "results"]),
     (
@@ -28,9 +28,9 @@ const ROOMS: [(&str, &[&str]); 22] = [
             "model",
             "backend",
             "reference",
-            "lanes",
+            "cpu",
             "files",
-            "report",
+            "draw",
             "table",
             "spec",
             "input",
@@ -39,7 +39,7 @@ const ROOMS: [(&str, &[&str]); 22] = [
             "sweep",
         ],
     ),
-    ("figures", &["model", "reference", "report", "table", "spec", "results", "study"]),
+    ("figures", &["model", "reference", "draw", "table", "spec", "results", "study"]),
     ("bench", &["*"]),
     (
         "view",
@@ -48,7 +48,7 @@ const ROOMS: [(&str, &[&str]); 22] = [
             "reference",
             "files",
             "text",
-            "report",
+            "draw",
             "table",
             "spec",
             "input",
@@ -66,8 +66,8 @@ const OWNERS: [(&str, &[&str]); 30] = [
     ("wgpu", &["src/gpu/"]),
     ("naga", &["src/gpu/"]),
     ("pollster", &["src/gpu/"]),
-    ("pulp", &["crates/kernels/src/lanes/", "crates/bench/src/measure/peak.rs"]),
-    ("nix", &["crates/kernels/src/clock.rs"]),
+    ("pulp", &["crates/core/src/cpu/", "crates/bench/src/measure/peak.rs"]),
+    ("nix", &["crates/core/src/clock.rs"]),
     (
         "nalgebra",
         &[
@@ -76,7 +76,7 @@ const OWNERS: [(&str, &[&str]); 30] = [
             "crates/bench/src/baseline/",
             "crates/bench/src/judge/",
             "crates/bench/src/random/",
-            "crates/kernels/src/lanes/nodes/tests/",
+            "crates/core/src/cpu/multiple_shooting/tests/",
         ],
     ),
     ("ode_solvers", &["crates/bench/src/baseline/adaptive.rs"]),
@@ -94,8 +94,8 @@ const OWNERS: [(&str, &[&str]); 30] = [
     ("getrandom", &["crates/view/src/server/", "crates/view/src/error.rs"]),
     ("zip", &["src/table/"]),
     ("toml_edit", &["src/input/"]),
-    ("tiny_skia", &["src/report/"]),
-    ("ab_glyph", &["src/report/"]),
+    ("tiny_skia", &["src/draw/"]),
+    ("ab_glyph", &["src/draw/"]),
     ("clap", &["crates/cli/src/"]),
     ("clap_complete", &["crates/cli/src/"]),
     ("indicatif", &["crates/cli/src/"]),
@@ -104,11 +104,11 @@ const OWNERS: [(&str, &[&str]); 30] = [
     ("pyo3", &["python/src/"]),
     ("numpy", &["python/src/"]),
 ];
-/// Lines of a file, and of a kernel: every shader, and the files of `lanes` that have a twin among them.
+/// Lines of a file, and of a kernel: every shader, and the files of `cpu` that have a twin among them.
 const FILE_LINES: usize = 1000;
 const KERNEL_LINES: usize = 1000;
-const LANES: &str = "crates/kernels/src/lanes/";
-const NO_KERNELS: [&str; 3] = ["mod.rs", "lane.rs", "program.rs"];
+const CPU: &str = "crates/core/src/cpu/";
+const NO_KERNELS: [&str; 3] = ["mod.rs", "simd/lane.rs", "rod/program.rs"];
 
 /// Everything that breaks a rule in one file, as `file:line: rule`.
 fn violations(file: &str, text: &str) -> Vec<String> {
@@ -122,7 +122,7 @@ fn violations(file: &str, text: &str) -> Vec<String> {
 }
 
 fn size_violation(file: &str, text: &str) -> Vec<String> {
-    let is_kernel = file.ends_with(".wgsl") || file.strip_prefix(LANES).is_some_and(|name| !NO_KERNELS.contains(&name));
+    let is_kernel = file.ends_with(".wgsl") || file.strip_prefix(CPU).is_some_and(|name| !NO_KERNELS.contains(&name));
     let limit = if is_kernel { KERNEL_LINES } else { FILE_LINES };
     let lines = text.lines().count();
     if lines > limit { vec![format!("{file}:{limit}: {lines} lines, at most {limit}: split it")] } else { Vec::new() }
@@ -168,7 +168,7 @@ fn module_path(file: &str) -> Vec<String> {
     let file = file.trim_end_matches(".rs");
     let other = file.strip_prefix("crates/").or(file.starts_with("python/").then_some(file));
     let (crate_room, inner) = match other.and_then(|rest| rest.split_once("/src/")) {
-        Some(("kernels", inner)) => (None, inner),
+        Some(("core", inner)) => (None, inner),
         Some((name, inner)) => (Some(name), inner),
         None => (None, file.trim_start_matches("src/")),
     };
@@ -314,18 +314,18 @@ fn every_room_is_known() {
 #[test]
 fn an_import_that_points_up_is_found() {
     let check = |file: &str, text: &str| violations(file, text);
-    let found = check("crates/kernels/src/model/rod.rs", "//! A rod.\n\nuse crate::lanes::Lanes;\n");
-    assert_eq!(found, ["crates/kernels/src/model/rod.rs:3: `model` may not name `lanes` (layers point down)"]);
+    let found = check("crates/core/src/model/rod.rs", "//! A rod.\n\nuse crate::cpu::Cpu;\n");
+    assert_eq!(found, ["crates/core/src/model/rod.rs:3: `model` may not name `cpu` (layers point down)"]);
     let found = check(
         "src/results/read.rs",
         "use crate::model::Plan;\nuse crate::{\n    backend::Backend,\n    sweep::SweepJob,\n};",
     );
     assert_eq!(found, ["src/results/read.rs:4: `results` may not name `sweep` (layers point down)"]);
     // Engines are blind to each other, by whatever path.
-    assert_eq!(check("crates/kernels/src/lanes/step.rs", "fn f() { crate::reference::solve_rod() }").len(), 1);
+    assert_eq!(check("crates/core/src/cpu/rod/step.rs", "fn f() { crate::reference::solve_rod() }").len(), 1);
     assert_eq!(check("src/reference/chain.rs", "use super::super::gpu::Gpu;").len(), 1);
-    assert_eq!(check("src/gpu/mod.rs", "use crate::lanes::{self, Lanes};").len(), 1);
-    assert_eq!(check("src/report/axes.rs", "use crate::backend::Precision;").len(), 1);
+    assert_eq!(check("src/gpu/mod.rs", "use crate::cpu::{self, Cpu};").len(), 1);
+    assert_eq!(check("src/draw/axes.rs", "use crate::backend::Precision;").len(), 1);
     assert_eq!(check("src/study/fit.rs", "use crate::figures::RunFigures;").len(), 1);
     assert_eq!(check("src/spec/sweep.rs", "use crate::input::InputError;").len(), 1);
 }
@@ -335,11 +335,11 @@ fn imports_that_point_down_pass() {
     let check = |file: &str, text: &str| violations(file, text);
     let none: [String; 0] = [];
     let text = "use crate::{backend::Backend, model::{Batch, Plan}};";
-    assert_eq!(check("crates/kernels/src/lanes/mod.rs", text), none);
+    assert_eq!(check("crates/core/src/cpu/mod.rs", text), none);
     let text = "use super::rod::Rod; // not crate::gpu\nconst A: &str = \"crate::gpu\";";
-    assert_eq!(check("crates/kernels/src/lanes/step.rs", text), none);
+    assert_eq!(check("crates/core/src/cpu/rod/step.rs", text), none);
     assert_eq!(check("src/results/read.rs", "use super::parts::PartInfo;\nuse crate::results::x;"), none);
-    assert_eq!(check("crates/cli/src/run.rs", "use rodsweep::{gpu::Gpu, lanes::Lanes};"), none);
+    assert_eq!(check("crates/cli/src/run.rs", "use rodsweep::{gpu::Gpu, cpu::Cpu};"), none);
 }
 
 #[test]
@@ -347,8 +347,8 @@ fn a_crate_out_of_place_is_found() {
     let check = |file: &str, text: &str| violations(file, text);
     let found = check("src/sweep/run.rs", "\nuse parquet::file;\n");
     assert_eq!(found, ["src/sweep/run.rs:2: only src/table/ may name the crate `parquet`"]);
-    assert_eq!(check("crates/kernels/src/lanes/rod.rs", "fn f(x: nalgebra::Vector3<f64>) {}").len(), 1);
-    assert_eq!(check("src/report/mod.rs", "use ::wgpu::Device;").len(), 1);
+    assert_eq!(check("crates/core/src/cpu/rod/segments.rs", "fn f(x: nalgebra::Vector3<f64>) {}").len(), 1);
+    assert_eq!(check("src/draw/mod.rs", "use ::wgpu::Device;").len(), 1);
     assert_eq!(check("src/reference/mod.rs", "use wgpu;").len(), 1);
     assert!(check("src/table/parquet/read.rs", "use parquet::file;").is_empty());
     assert!(check("src/gpu/shader/check.rs", "use wgpu::naga;").is_empty());
@@ -359,7 +359,38 @@ fn a_crate_out_of_place_is_found() {
 fn a_file_that_is_too_long_is_found() {
     let long = "\n".repeat(FILE_LINES + 1);
     assert_eq!(violations("src/sweep/run.rs", &long).len(), 1);
-    assert_eq!(violations("crates/kernels/src/lanes/step.rs", &long[..KERNEL_LINES + 1]).len(), 1);
-    assert_eq!(violations("shaders/step.wgsl", &long[..KERNEL_LINES + 1]).len(), 1);
-    assert!(violations("crates/kernels/src/lanes/step.rs", &long[..KERNEL_LINES]).is_empty());
+    assert_eq!(violations("crates/core/src/cpu/rod/step.rs", &long[..KERNEL_LINES + 1]).len(), 1);
+    assert_eq!(violations("shaders/rod/step.wgsl", &long[..KERNEL_LINES + 1]).len(), 1);
+    assert!(violations("crates/core/src/cpu/rod/step.rs", &long[..KERNEL_LINES]).is_empty());
+}
+
+/// Floors of the CPU engine, from the ground up: a folder names only those before it. `contact` stands beside `rod` and `equilibrium`, whose
+/// passes watch the wall and whose boundary conditions it changes.
+const FLOORS: [(&str, &[&str]); 6] = [
+    ("simd", &[]),
+    ("rod", &["simd", "contact"]),
+    ("equilibrium", &["simd", "rod", "contact"]),
+    ("multiple_shooting", &["simd", "rod", "equilibrium"]),
+    ("contact", &["simd", "rod", "equilibrium"]),
+    ("blocks", &["simd", "rod", "equilibrium", "multiple_shooting", "contact"]),
+];
+
+#[test]
+fn floors_of_the_cpu_engine_point_down() {
+    for (floor, below) in FLOORS {
+        let folder = format!("{CPU}{floor}/");
+        let files: Vec<String> = super::all_sources().into_iter().filter(|file| file.starts_with(&folder)).collect();
+        assert!(!files.is_empty(), "{floor} has no file");
+        for file in files.iter().filter(|file| !file.contains("/tests")) {
+            let code = without_comments_and_strings(&fs::read_to_string(super::root().join(file)).expect("a file"));
+            for path in code.split("crate::cpu::").skip(1) {
+                let named = path.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
+                let is_floor = FLOORS.iter().any(|(other, _)| *other == named);
+                assert!(
+                    !is_floor || named == floor || below.contains(&named),
+                    "{file}: `{floor}` may not name `{named}`"
+                );
+            }
+        }
+    }
 }

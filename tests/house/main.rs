@@ -3,13 +3,14 @@
 mod circles;
 mod layering;
 mod page;
+mod places;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of sources.
 const FOLDERS: [&str; 7] =
-    ["src", "shaders", "crates/kernels/src", "crates/bench/src", "crates/view/src", "crates/cli/src", "python/src"];
+    ["src", "shaders", "crates/core/src", "crates/bench/src", "crates/view/src", "crates/cli/src", "python/src"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

@@ -1,8 +1,8 @@
 //! Which force the tip can press where: closed forms, brute force, and answers that hold as they stand.
 
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::figures::draw_contact;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{
     Axis, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Solutions, TipOnWall, Vector, WallParameter, WallShape,
 };
@@ -69,7 +69,7 @@ fn p6_beside(tissue: &str) -> SweepSpec {
 /// The rod held at points by inputs, as a plan of its own.
 struct Held {
     plan: Plan,
-    engine: Lanes,
+    engine: Cpu,
 }
 
 impl Held {
@@ -80,7 +80,7 @@ impl Held {
         let anchors = Axis::ALL.map(|axis| vec![Parameter::Wall(WallParameter::Anchor(axis))]);
         let axes: Vec<Vec<Parameter>> = inputs.chain(anchors).collect();
         let plan = Plan::new(&scene, &axes, &[], PlanOptions { steps: 12, ..PlanOptions::default() }).expect("a plan");
-        let engine = Lanes::new(&plan, Precision::F64).expect("an engine");
+        let engine = Cpu::new(&plan, Precision::F64).expect("an engine");
         Held { plan, engine }
     }
 

@@ -3,11 +3,11 @@
 use crate::common::root;
 use crate::controllers::{circle, cpu, inputs, p6};
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::engines::EngineRequest;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::read_trajectory;
-use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use rodsweep::reference::solve_rod;
 use rodsweep::spec::{ControlInput, Redundancy, Target, Trajectory};
@@ -23,12 +23,12 @@ const LIMIT: f64 = 0.3;
 
 /// One sample at a time.
 fn narrow(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::with_instruction_set(plan, Precision::F64, InstructionSet::Scalar)?))
+    Ok(Box::new(Cpu::with_instruction_set(plan, Precision::F64, InstructionSet::Scalar)?))
 }
 
 /// The same, columns side by side in its lanes.
 fn alone(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::with_instruction_set(plan, Precision::F64, InstructionSet::for_one())?))
+    Ok(Box::new(Cpu::with_instruction_set(plan, Precision::F64, InstructionSet::for_one())?))
 }
 
 fn control(scene: &Scene, inputs: &[ControlInput], options: ControlOptions) -> Controller {
@@ -270,7 +270,7 @@ fn targets_are_reached_together_in_any_order_and_precision() {
     }
 
     let coarse =
-        |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(Box::new(Lanes::new(plan, Precision::F32)?)) };
+        |plan: &Plan| -> Result<Box<dyn Backend>, BackendError> { Ok(Box::new(Cpu::new(plan, Precision::F32)?)) };
     finish_in_f64(&scene, &inputs, options, &targets, Stepper::Dop853, &mut { coarse });
     if device_or_skip("targets on the GPU").is_none() {
         return;

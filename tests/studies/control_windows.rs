@@ -3,8 +3,8 @@
 use crate::common::root;
 use crate::controllers::{circle, cpu, inputs, p6};
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::input::{parse_scene, read_trajectory};
-use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Stepper};
 use rodsweep::spec::{ControlInput, Target};
 use rodsweep::study::{ControlOptions, Controller, Outcome, TargetResult};
@@ -16,7 +16,7 @@ const SETTLED: f64 = 1e-7;
 const LIMIT: f64 = 0.3;
 
 fn narrow(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::with_instruction_set(plan, Precision::F64, InstructionSet::for_one())?))
+    Ok(Box::new(Cpu::with_instruction_set(plan, Precision::F64, InstructionSet::for_one())?))
 }
 
 /// Together and a point at a time.

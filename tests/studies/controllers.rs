@@ -2,8 +2,8 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, Scene};
 use rodsweep::spec::{ControlInput, Target};
 
@@ -21,7 +21,7 @@ pub fn inputs(scene: &Scene, limits: &[(&str, f64, f64)]) -> Vec<ControlInput> {
 
 /// With the best instructions of this machine.
 pub fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F64)?))
 }
 
 pub fn positions(positions: impl IntoIterator<Item = [f64; 3]>) -> Vec<Target> {

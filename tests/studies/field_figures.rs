@@ -1,10 +1,10 @@
 //! What makes a field vary, in the figures of rods, clouds, paths and motions.
 
 use crate::common::root;
+use rodsweep::draw::{Cloud, Figure, ImageFormat, RodMotion, Stretch, StretchKind, Surroundings, TipPath, encode};
 use rodsweep::figures::rod_shape;
 use rodsweep::input::{parse_scene, read_scene};
 use rodsweep::model::{Axis, MagnetParameter, Parameter, Scene};
-use rodsweep::report::{Cloud, Figure, ImageFormat, RodMotion, Stretch, StretchKind, Surroundings, TipPath, encode};
 use rodsweep::study::Solve;
 use std::path::Path;
 

@@ -2,16 +2,16 @@
 
 use crate::common::root;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::EngineRequest;
 use rodsweep::input::read_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Axis, MagnetParameter, Parameter, Plan, Scene, Stepper};
 use rodsweep::reference::{shape, solve_rod};
 use rodsweep::spec::{ControlInput, ObservedPoint, ObservedShape, ObservedShapes, Target, Trajectory};
 use rodsweep::study::{ControlOptions, Controller, FitJob, Outcome, Solve};
 
 fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F64)?))
 }
 
 fn arm() -> Scene {

@@ -2,12 +2,12 @@
 //!
 //! `RODSWEEP_FIGURES=folder` keeps the figures drawn here for a look at them.
 
-use rodsweep::model::Status;
-use rodsweep::report::{
+use rodsweep::draw::{
     AxisLabel, Cloud, Counts, Curves, FailureMap, Figure, ForceAt, FourViews, Histogram, Marker, PlaneCurves,
     ReportError, RodMotion, RodShape, Series, Sheet, Stretch, StretchKind, SweptAxis, TextTable, count, engineering,
     write,
 };
+use rodsweep::model::Status;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 

@@ -3,8 +3,8 @@
 use crate::common::root;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::{read_scene, read_shapes, read_shapes_with};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Density, Node, Parameter, Plan, Profile, Quantity, Scene, SegmentKind, Solutions};
 use rodsweep::reference::{shape, solve_rod};
 use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes};
@@ -20,7 +20,7 @@ fn p6() -> Scene {
 }
 
 fn cpu(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(Lanes::new(plan, Precision::F64)?))
+    Ok(Box::new(Cpu::new(plan, Precision::F64)?))
 }
 
 fn parse(scene: &Scene, name: &str) -> Vec<Parameter> {
@@ -226,7 +226,7 @@ fn a_fit_without_sense_is_refused() {
 }
 
 /// An engine whose tips lie 5 mm from where its base moments lead.
-struct Astray(Lanes);
+struct Astray(Cpu);
 
 impl Backend for Astray {
     fn info(&self) -> BackendInfo {
@@ -257,7 +257,7 @@ fn fitted_rods_are_checked_against_the_reference() {
     let sound = solve(&job);
     assert_eq!((sound.check.checked, sound.check.wrong, sound.mark()), (CURRENTS.len(), 0, None));
     assert!(sound.text(&job).contains("4 of 4 equilibria were checked against the reference"), "{}", sound.text(&job));
-    let wrong = job.run_on(&mut |plan| Ok(Box::new(Astray(Lanes::new(plan, Precision::F64)?)))).expect("a fit");
+    let wrong = job.run_on(&mut |plan| Ok(Box::new(Astray(Cpu::new(plan, Precision::F64)?)))).expect("a fit");
     assert_eq!(wrong.check.wrong, CURRENTS.len());
     let mark = wrong.mark().expect("a mark");
     assert!(mark.starts_with("DISTRUSTED: 4 of 4 equilibria") && wrong.text(&job).starts_with(mark));

@@ -3,8 +3,8 @@
 use crate::common::root;
 use crate::controllers::{cpu, inputs};
 use rodsweep::backend::{Backend, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::EngineRequest;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Status, Stepper};
 use rodsweep::reference::{Equilibrium, growth_exponent, shape, solve_rod};
 use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes, Target, Trajectory};
@@ -180,7 +180,7 @@ fn starts_are_left_aside_where_they_say_nothing() {
     let starts: Vec<_> =
         (0..stiffnesses.len()).map(|row| if is_limp(row) { [0.0, 3e-3, 2e-3] } else { truths[row].m0 }).collect();
     starts.into_iter().enumerate().for_each(|(row, m0)| plan.set_lone_start(&mut batch, row, m0));
-    let solutions = Lanes::new(&plan, Precision::F64).expect("supported").solve(&batch).expect("solved");
+    let solutions = Cpu::new(&plan, Precision::F64).expect("supported").solve(&batch).expect("solved");
     for (row, truth) in truths.iter().enumerate() {
         let (status, p) = (solutions.status(row), solutions.vector(row, Quantity::TipPosition));
         let off = distance(|k| p[k], |k| truth.p_tip[k]);

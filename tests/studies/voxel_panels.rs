@@ -1,6 +1,6 @@
 //! Planes of voxels lie where they should, and bars of errors end where they should.
 
-use rodsweep::report::{
+use rodsweep::draw::{
     AxisLabel, Colour, ColourScale, Curves, Figure, ImageFormat, Marker, ReportError, Series, VoxelEdge, VoxelPanel,
     VoxelRows, VoxelSheet, encode,
 };

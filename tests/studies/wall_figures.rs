@@ -1,8 +1,8 @@
 //! Walls in figures: hatched where panels cut them, with the force on the tip and what friction holds.
 
 use crate::common::walls::golden_wall;
+use rodsweep::draw::{DrawnWall, Figure, ImageFormat, encode};
 use rodsweep::figures::rod_shape;
-use rodsweep::report::{DrawnWall, Figure, ImageFormat, encode};
 use rodsweep::study::Solve;
 
 fn svg(figure: &dyn Figure) -> String {

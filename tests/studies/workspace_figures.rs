@@ -2,8 +2,8 @@
 //!
 //! `RODSWEEP_FIGURES=folder` keeps them for a look at them.
 
+use rodsweep::draw::{self, ImageFormat};
 use rodsweep::figures::{DesignStudy, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
-use rodsweep::report::{self, ImageFormat};
 use rodsweep::study::workspace::Estimate;
 use rodsweep::table::{Column, Lattice, Table, Values};
 use std::path::Path;
@@ -117,7 +117,7 @@ fn designs() -> DesignStudy {
 fn names(table: &Table, summary: &WorkspaceSummary) -> Vec<&'static str> {
     let figures = WorkspaceFigures { table, lattice: LATTICE, summary }.figures();
     for (name, figure) in &figures {
-        check_svg(name, &String::from_utf8(report::encode(figure.as_ref(), ImageFormat::Svg).unwrap()).unwrap());
+        check_svg(name, &String::from_utf8(draw::encode(figure.as_ref(), ImageFormat::Svg).unwrap()).unwrap());
     }
     figures.into_iter().map(|(name, _)| name).collect()
 }
@@ -175,8 +175,8 @@ fn a_workspace_has_every_figure() {
     assert!(read("margin").contains("least along x"));
     assert!(read("compliance").contains("(m/N)"));
     assert!(read("multiplicity").contains("share of volume (%)"));
-    report::write(&designs(), &folder.join("designs.png")).unwrap();
-    report::write(&designs(), &folder.join("designs.svg")).unwrap();
+    draw::write(&designs(), &folder.join("designs.png")).unwrap();
+    draw::write(&designs(), &folder.join("designs.svg")).unwrap();
     let designs = std::fs::read_to_string(folder.join("designs.svg")).unwrap();
     assert!(designs.contains("slope −2.39 ± 0.06"), "{designs}");
 }
@@ -185,7 +185,7 @@ fn a_workspace_has_every_figure() {
 fn causes(table: &Table) -> Vec<&'static str> {
     let summary = WorkspaceSummary { dimension: 3, ..WorkspaceSummary::default() };
     let figures = WorkspaceFigures { table, lattice: LATTICE, summary: &summary }.figures();
-    let svg = String::from_utf8(report::encode(figures[0].1.as_ref(), ImageFormat::Svg).unwrap()).unwrap();
+    let svg = String::from_utf8(draw::encode(figures[0].1.as_ref(), ImageFormat::Svg).unwrap()).unwrap();
     let words = ["input limit", "singular", "end of the branch", "undecided"];
     words.into_iter().filter(|words| svg.contains(*words)).collect()
 }
@@ -298,7 +298,7 @@ fn convergence_and_designs_need_little() {
     broken.methods[0].points[1].size.low = -1.0;
     assert_eq!(names(&Table::default(), &broken), ["convergence"]);
     let study = DesignStudy { slope: None, margins: Vec::new(), ..designs() };
-    assert!(report::encode(&study, ImageFormat::Svg).is_ok());
+    assert!(draw::encode(&study, ImageFormat::Svg).is_ok());
     let nothing = DesignStudy::default();
-    assert!(matches!(report::encode(&nothing, ImageFormat::Svg), Err(report::ReportError::Empty { .. })));
+    assert!(matches!(draw::encode(&nothing, ImageFormat::Svg), Err(draw::ReportError::Empty { .. })));
 }

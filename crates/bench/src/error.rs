@@ -3,9 +3,9 @@
 use crate::baseline::BaselineError;
 use crate::record::RecordError;
 use rodsweep::backend::BackendError;
+use rodsweep::draw::ReportError;
 use rodsweep::input::InputError;
 use rodsweep::model::{ParameterError, PlanError};
-use rodsweep::report::ReportError;
 use rodsweep::sweep::SweepError;
 use std::io;
 use std::path::PathBuf;

@@ -3,8 +3,8 @@
 use super::flags::some;
 use crate::{CommandError, Exit, print, say};
 use clap::{Args, ValueEnum};
+use rodsweep::draw::ReportError;
 use rodsweep::input::read_scene;
-use rodsweep::report::ReportError;
 use rodsweep_bench::BenchError;
 use rodsweep_bench::measure::{Benchmark, Engines, MeasureOptions, built_in, read_directory};
 use rodsweep_bench::paper::{PaperOptions, built_in_scene, compare};

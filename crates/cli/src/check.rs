@@ -3,9 +3,9 @@
 use super::progress::duration;
 use super::{CommandError, Exit, print, say};
 use clap::Args;
+use rodsweep::draw::count;
 use rodsweep::input::{FileCheck, FileContent, parameter_rows, read_scene, scene_notes};
 use rodsweep::model::Scene;
-use rodsweep::report::count;
 use rodsweep::spec::{BranchChoice, Format, SweepSpec, Trajectory};
 use rodsweep::study::Solve;
 use rodsweep::sweep::{Memory, SweepJob};

@@ -1,11 +1,11 @@
 //! `rodsweep doctor`: what this machine has, and what would be used.
 
 use super::{CommandError, Exit, flags, print};
+use rodsweep::draw::count;
 use rodsweep::engines::{F32_TOLERANCE, GpuSurvey, Survey, survey};
 use rodsweep::gpu::AdapterSummary;
 use rodsweep::input::parse_scene;
 use rodsweep::model::{Plan, PlanOptions};
-use rodsweep::report::count;
 use rodsweep::shipped::CANTILEVER;
 use std::path::Path;
 

@@ -2,9 +2,9 @@
 
 use super::control_job::{ControlArguments, Outputs, job};
 use super::{CommandError, Exit, print, say, say_notes};
+use rodsweep::draw;
 use rodsweep::figures::ExperimentFigure;
 use rodsweep::model::Scene;
-use rodsweep::report;
 use rodsweep::results::ResultsError;
 use rodsweep::study::Experiment;
 
@@ -25,7 +25,7 @@ pub fn experiment(scene: Scene, arguments: &ControlArguments) -> Result<Exit, Co
     say(&format!("results: {}, {}", outputs.table.display(), page.display()));
     if !arguments.no_figures {
         let path = outputs.dir.join("experiment.png");
-        report::write(&ExperimentFigure(&found), &path)?;
+        draw::write(&ExperimentFigure(&found), &path)?;
         let seed = found.seeds[found.median_catheter()];
         say(&format!("figure: {}, the catheter of seed {seed}, the median by RMSE", path.display()));
     }

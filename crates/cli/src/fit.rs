@@ -3,8 +3,8 @@
 use super::flags::{positive_force, positive_length};
 use super::{CommandError, Exit, flags, print, say, say_notes, verdict};
 use clap::Args;
+use rodsweep::draw::{self, ImageFormat};
 use rodsweep::input::{read_scene, read_shapes_with, write_scene};
-use rodsweep::report::{self, ImageFormat};
 use rodsweep::results::ResultsError;
 use rodsweep::study::FitJob;
 use rodsweep::{figures, files};
@@ -81,7 +81,7 @@ pub fn fit(arguments: &FitArguments) -> Result<Exit, CommandError> {
         say(&format!("scene: {}", path.display()));
     }
     if let Some(path) = &arguments.plot {
-        report::write_marked(&figures::fit(&fit, &job), path, fit.mark())?;
+        draw::write_marked(&figures::fit(&fit, &job), path, fit.mark())?;
         say(&format!("figure: {}", path.display()));
     }
     let trusted = match &fit.check.mark {

@@ -39,10 +39,10 @@ mod workspace;
 
 use args::Command;
 use rodsweep::backend::BackendError;
+use rodsweep::draw::ReportError;
 use rodsweep::figures::RunFiguresError;
 use rodsweep::input::{AssignError, InputError, scene_notes};
 use rodsweep::model::{PlanError, Scene};
-use rodsweep::report::ReportError;
 use rodsweep::results::ResultsError;
 use rodsweep::study::contact::ContactError;
 use rodsweep::study::sensitivity::SensitivityError;

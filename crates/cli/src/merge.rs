@@ -2,7 +2,7 @@
 
 use super::{CommandError, Exit, say, verdict};
 use clap::Args;
-use rodsweep::report::count;
+use rodsweep::draw::count;
 use rodsweep::results::{self, Results};
 use std::path::PathBuf;
 

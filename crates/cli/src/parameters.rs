@@ -2,9 +2,9 @@
 
 use super::{CommandError, Exit, print};
 use clap::Args;
+use rodsweep::draw::TextTable;
 use rodsweep::input::{FileKind, parameter_groups, parameter_rows, parse_scene, read_text};
 use rodsweep::model::Scene;
-use rodsweep::report::TextTable;
 use rodsweep::results::{Results, is_place};
 use rodsweep::spec::SweepSpec;
 use serde_json::json;

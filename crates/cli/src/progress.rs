@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rodsweep::backend::BackendInfo;
-use rodsweep::report::count;
+use rodsweep::draw::count;
 use rodsweep::sweep::Progress;
 use std::io::IsTerminal;
 use std::sync::Mutex;

@@ -5,7 +5,7 @@ use super::{CommandError, Exit, print, say, say_notes, verdict};
 use rodsweep::input::{read_input_table, read_observed_tips};
 use rodsweep::model::Scene;
 use rodsweep::study::{Agreement, ControlError, Replay, ReplayComparison};
-use rodsweep::{figures, report};
+use rodsweep::{draw, figures};
 use std::path::Path;
 
 pub fn replay(scene: Scene, currents: &Path, arguments: &ControlArguments) -> Result<Exit, CommandError> {
@@ -34,7 +34,7 @@ pub fn replay(scene: Scene, currents: &Path, arguments: &ControlArguments) -> Re
         answer["observed"] = found.to_json();
         if !arguments.no_figures {
             let path = outputs.dir.join("replay.png");
-            report::write_marked(&figures::replay(&replay, &found, &name), &path, replay.check().mark.as_deref())?;
+            draw::write_marked(&figures::replay(&replay, &found, &name), &path, replay.check().mark.as_deref())?;
             say(&format!("figure: {}", path.display()));
         }
     }

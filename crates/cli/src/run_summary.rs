@@ -2,8 +2,8 @@
 
 use super::progress::duration;
 use super::say;
+use rodsweep::draw::{count, engineering};
 use rodsweep::model::Status;
-use rodsweep::report::{count, engineering};
 use rodsweep::results::{BranchCounts, ErrorDistribution, PathCheck, SampleOrigin, Timings};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::Summary;

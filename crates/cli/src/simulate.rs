@@ -3,7 +3,7 @@
 use super::control_job::ControlArguments;
 use super::{CommandError, say};
 use rodsweep::study::{ControlRun, Imperfection, MEASURED, TRIALS};
-use rodsweep::{figures, report};
+use rodsweep::{draw, figures};
 use serde_json::Value;
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub fn simulate(run: &ControlRun, arguments: &ControlArguments, dir: &Path) -> R
     ));
     if !arguments.no_figures {
         let path = dir.join("simulation.png");
-        report::write_marked(&figures::simulation(&found, run), &path, run.mark())?;
+        draw::write_marked(&figures::simulation(&found, run), &path, run.mark())?;
         say(&format!("figure: {}", path.display()));
     }
     Ok(found.to_json())

@@ -3,10 +3,10 @@
 use super::engine_args::EngineArguments;
 use super::{CommandError, Exit, flags, print, say, say_notes};
 use clap::Args;
+use rodsweep::draw::ImageFormat;
 use rodsweep::input::{Dimension, parse_quantity, read_scene_with};
-use rodsweep::report::ImageFormat;
 use rodsweep::study::{Solve, SolveError, Solved, check_tolerance, evenly_spaced};
-use rodsweep::{figures, report};
+use rodsweep::{draw, figures};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -72,7 +72,7 @@ pub fn solve(arguments: &SolveArguments) -> Result<Exit, CommandError> {
     if let Some(path) = &arguments.plot {
         let figure = figures::rod_shape(&solved);
         let figure = figure.map_err(|nothing| CommandError::Usage(format!("`--plot`: {nothing}")))?;
-        report::write(&figure, path)?;
+        draw::write(&figure, path)?;
         say(&format!("figure: {}", path.display()));
     }
     Ok(if solved.is_converged() { Exit::Done } else { Exit::Failed })

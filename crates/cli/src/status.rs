@@ -3,8 +3,8 @@
 use super::progress::duration;
 use super::{CommandError, Exit, print, signals, verdict};
 use clap::Args;
+use rodsweep::draw::count;
 use rodsweep::model::Status;
-use rodsweep::report::count;
 use rodsweep::results::{DirectoryStatus, Results, Worker};
 use rodsweep::spec::Format;
 use std::path::{Path, PathBuf};

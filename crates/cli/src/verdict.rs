@@ -1,7 +1,7 @@
 //! The verdict on a run is printed before anything else and decides the exit code.
 
 use super::{CommandError, Exit, say};
-use rodsweep::report::count;
+use rodsweep::draw::count;
 use rodsweep::results::{Doubt, DoubtKind, Results, Solved};
 use rodsweep::spec::SolutionMethod;
 use rodsweep::sweep::Summary;

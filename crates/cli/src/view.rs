@@ -3,7 +3,7 @@
 use super::{CommandError, Exit, print, say, say_notes, verdict};
 use crate::signals;
 use clap::Args;
-use rodsweep::report::count;
+use rodsweep::draw::count;
 use rodsweep::results::{Results, is_place};
 use rodsweep_view::{Server, View, open_browser};
 use std::path::PathBuf;

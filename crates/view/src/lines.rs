@@ -1,7 +1,7 @@
 //! Lines of the field within the view: traced anew where the field is another, sent where the page has others.
 
+use rodsweep::draw::{FieldLine, Surroundings};
 use rodsweep::model::Scene;
-use rodsweep::report::{FieldLine, Surroundings};
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -4,7 +4,7 @@ use crate::error::{Refusal, ViewError};
 use crate::ipc::{WireColumn, WireValues, stream};
 use crate::rows::{Rows, kind};
 use crate::surface::Surface;
-use rodsweep::report::{ColourMap, ColourRange};
+use rodsweep::draw::{ColourMap, ColourRange};
 use rodsweep::results::{Results, Verdict, WORKSPACE_FILE, read_parquet_table};
 use rodsweep::spec::BranchChoice;
 use rodsweep::table::{Column, Table, Values};

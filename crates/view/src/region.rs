@@ -1,7 +1,7 @@
 //! The part of space that the page shows of a scene.
 
+use rodsweep::draw::Surroundings;
 use rodsweep::model::{Scene, Vector};
-use rodsweep::report::Surroundings;
 
 /// Sideways, below and above the base, over the rod's length: room for a rod that bends to all sides.
 const SIDEWAYS: f64 = 0.6;

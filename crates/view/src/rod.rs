@@ -4,11 +4,11 @@ use crate::error::Refusal;
 use crate::lines::Lines;
 use crate::sources::sources;
 use crate::wall::wall;
+use rodsweep::draw::{StretchKind, Surroundings};
 use rodsweep::figures::rod_shape;
 use rodsweep::input::assign;
 use rodsweep::model::{Rod, RodSegment, Scene, SegmentKind, Stiffness, Vector};
 use rodsweep::reference::{Pose, shape_with_derivatives};
-use rodsweep::report::{StretchKind, Surroundings};
 use rodsweep::study::{Solve, SolveError, Solved, along_segments, smooth_count};
 use serde_json::{Map, Value, json};
 use std::time::Instant;
@@ -113,12 +113,10 @@ fn stretch(scene: &Scene, rod: &Rod, index: usize, poses: &[Pose]) -> Value {
     })
 }
 
-/// Of a coil, body frame.
+/// Dipole moment of a coil or a magnet (A·m²), body frame.
 fn dipole(scene: &Scene, rod: &Rod, index: usize) -> Option<Vector> {
     match rod.segments.get(scene.piece_indices(index).start) {
-        Some(RodSegment::Rigid(rigid)) if StretchKind::of(&scene.segments[index]) == StretchKind::Coil => {
-            Some(rigid.dipole)
-        }
+        Some(RodSegment::Rigid(rigid)) if StretchKind::of(&scene.segments[index]).has_dipole() => Some(rigid.dipole),
         _ => None,
     }
 }

@@ -1,6 +1,6 @@
 //! Magnets and coils around the rod, as the figures have them.
 
-use rodsweep::report::{FieldSource, SourceBody, Surroundings};
+use rodsweep::draw::{FieldSource, SourceBody, Surroundings};
 use serde_json::{Value, json};
 
 /// Of what surrounds a rod; an empty list where the field is uniform.

@@ -2,9 +2,9 @@
 
 use crate::error::Refusal;
 use crate::rod;
+use rodsweep::draw::{ImageFormat, encode};
 use rodsweep::figures::rod_shape;
 use rodsweep::model::Scene;
-use rodsweep::report::{ImageFormat, encode};
 use std::path::{Path, PathBuf};
 
 /// Name of the rod's own still.

@@ -1,6 +1,6 @@
 //! Camera, colours and colour maps of the figures, so that the page looks as they do.
 
-use rodsweep::report::{AZIMUTH, Colour, ColourMap, DrawnWall, ELEVATION, RodShape, Surroundings};
+use rodsweep::draw::{AZIMUTH, Colour, ColourMap, DrawnWall, ELEVATION, RodShape, Surroundings};
 use serde_json::{Value, json};
 
 /// Steps of a colour map on the page.

@@ -1,7 +1,7 @@
 //! Curves of a workspace: shares of its volume, convergence of its size, design studies.
 
 use super::summary::{DesignStudy, Method, MethodPoint, WorkspaceSummary, size_unit, with_error};
-use crate::report::{AxisLabel, Canvas, Colour, Curves, Figure, Marker, Panel, ReportError, Scale, Series, Sheet};
+use crate::draw::{AxisLabel, Canvas, Colour, Curves, Figure, Marker, Panel, ReportError, Scale, Series, Sheet};
 use crate::study::workspace::Estimate;
 
 /// Points of a curve of shares.

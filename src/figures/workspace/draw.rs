@@ -2,8 +2,8 @@
 
 use super::sheets::write_both;
 use super::{DesignStudy, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
+use crate::draw::ReportError;
 use crate::figures::files::Drawn;
-use crate::report::ReportError;
 use crate::study::workspace::{Convergence, Workspace, WorkspaceExtras};
 use std::path::Path;
 

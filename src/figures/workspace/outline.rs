@@ -1,6 +1,6 @@
 //! The boundary of a plane of voxels, as lines by their cause.
 
-use crate::report::VoxelEdge;
+use crate::draw::VoxelEdge;
 
 /// Squares of a plane with those just around it: whether each is there, and a kind; kind 0 has no line.
 pub(in crate::figures) struct Outline {

@@ -3,10 +3,10 @@
 use super::curves::{Convergence, at_least};
 use super::summary::{WorkspaceSummary, size_unit, words};
 use super::voxels::{CAUSES, Shown, Voxels, millimetres};
-use crate::figures::files::Drawn;
-use crate::report::{
+use crate::draw::{
     AxisLabel, Colour, ColourScale, Figure, NamedBars, Panel, ReportError, Scale, VoxelRows, VoxelSheet, count,
 };
+use crate::figures::files::Drawn;
 use crate::table::{Lattice, Table};
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! The voxels of a table as planes: slices, and projections along an axis.
 
 use super::outline::Outline;
-use crate::report::VoxelPanel;
+use crate::draw::VoxelPanel;
 use crate::table::{Lattice, Table, Values};
 use std::collections::HashMap;
 

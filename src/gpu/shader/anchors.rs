@@ -1,7 +1,7 @@
 //! What a plan with anchors fixes in the shaders, and the numbers of its anchors.
 
 use super::specialise::{Specialisation, Value};
-use crate::model::{ANCHOR_STRIDE, Anchors, Entry, Plan, path};
+use crate::model::{ANCHOR_STRIDE, Anchors, Entry, Plan, tolerances};
 
 /// The grid of a plan and the input column of the first coordinate. A search starts from moments of its own.
 fn grid(plan: &Plan) -> Option<(&Anchors, usize)> {
@@ -22,8 +22,8 @@ pub(super) fn add_anchors(s: &mut Specialisation, plan: &Plan, anchored: bool) {
     let found = grid(plan);
     s.term("ANCHORS", found.is_some());
     s.term("ANCHORED", found.is_some() && anchored);
-    s.constant("ANCHOR_TRUST", Value::Float(path::ANCHOR_TRUST));
-    s.constant("ANCHOR_CONTRACTION", Value::Float(path::ANCHOR_CONTRACTION));
+    s.constant("ANCHOR_TRUST", Value::Float(tolerances::ANCHOR_TRUST));
+    s.constant("ANCHOR_CONTRACTION", Value::Float(tolerances::ANCHOR_CONTRACTION));
     let Some((grid, column)) = found else { return };
     let axes = 0..grid.axes().len();
     for (name, value) in [("AXES", axes.len()), ("CORNERS", grid.corners()), ("COLUMN", column)] {
@@ -33,7 +33,7 @@ pub(super) fn add_anchors(s: &mut Specialisation, plan: &Plan, anchored: bool) {
     s.constant("ANCHOR_STRIDES", Value::u32_array(axes.map(|axis| grid.stride(axis))));
 }
 
-/// The anchors of a plan as `shaders/anchors.wgsl` reads them; none without anchors.
+/// The anchors of a plan as `shaders/equilibrium/anchors.wgsl` reads them; none without anchors.
 pub(crate) fn anchor_numbers(plan: &Plan) -> Vec<f64> {
     let Some((grid, _)) = grid(plan) else { return Vec::new() };
     let width = ANCHOR_STRIDE * (grid.axes().len() + 4);

@@ -49,26 +49,26 @@ const ROD: &[Part] = &[
     Part::Record,
     shader!("plan"),
     shader!("algebra"),
-    shader!("rod"),
-    shader!("section"),
-    shader!("step"),
-    shader!("column"),
-    shader!("source"),
+    shader!("rod/segments"),
+    shader!("rod/section"),
+    shader!("rod/step"),
+    shader!("rod/column"),
+    shader!("rod/source"),
     Part::Sources,
-    shader!("trace"),
-    shader!("base"),
-    shader!("shoot"),
-    shader!("stability"),
+    shader!("rod/trace"),
+    shader!("rod/base"),
+    shader!("rod/shoot"),
+    shader!("rod/stability"),
     shader!("slots"),
-    shader!("rows"),
+    shader!("rod/rows"),
 ];
 
 /// Ways to an equilibrium, from rest, from a start or from anchors, and what is said of it.
 const EQUILIBRIUM: &[Part] = &[
-    shader!("path"),
-    shader!("search"),
-    shader!("anchors"),
-    shader!("chord"),
+    shader!("equilibrium/path"),
+    shader!("equilibrium/search"),
+    shader!("equilibrium/anchors"),
+    shader!("equilibrium/chord"),
     shader!("equilibrium"),
     shader!("lists"),
     shader!("lanes"),
@@ -76,7 +76,7 @@ const EQUILIBRIUM: &[Part] = &[
 
 /// Every kernel for batches. The first solves one.
 pub const KERNELS: &[KernelEntry] =
-    &[KernelEntry { entry_point: "solve", parts: &[ROD, EQUILIBRIUM, &[shader!("solve")]] }];
+    &[KernelEntry { entry_point: "solve", parts: &[ROD, EQUILIBRIUM, &[shader!("equilibrium/solve")]] }];
 
 /// Its parts as kernels of their own, one after the other.
 const FOLLOW: KernelEntry =
@@ -92,17 +92,17 @@ const HANDOVER: &[Part] = &[shader!("handover")];
 /// Takes samples one turn further by nodes.
 const NODES: &[Part] = &[
     shader!("memory"),
-    shader!("nodes/memory"),
-    shader!("nodes/mesh"),
-    shader!("nodes/interval"),
-    shader!("nodes/drives"),
-    shader!("nodes/elimination"),
-    shader!("nodes/margin"),
-    shader!("nodes/state"),
-    shader!("nodes/newton"),
-    shader!("nodes/responses"),
-    shader!("nodes/path"),
-    shader!("nodes/answer"),
+    shader!("multiple_shooting/memory"),
+    shader!("multiple_shooting/mesh"),
+    shader!("multiple_shooting/interval"),
+    shader!("multiple_shooting/drives"),
+    shader!("multiple_shooting/elimination"),
+    shader!("multiple_shooting/margin"),
+    shader!("multiple_shooting/state"),
+    shader!("multiple_shooting/newton"),
+    shader!("multiple_shooting/responses"),
+    shader!("multiple_shooting/path"),
+    shader!("multiple_shooting/answer"),
 ];
 
 /// Takes samples in a field that varies in space one turn further.
@@ -111,26 +111,26 @@ const VARYING: &[Part] = &[
     Part::Record,
     shader!("plan"),
     shader!("algebra"),
-    shader!("rod"),
-    shader!("section"),
-    shader!("step"),
-    shader!("column"),
-    shader!("source"),
+    shader!("rod/segments"),
+    shader!("rod/section"),
+    shader!("rod/step"),
+    shader!("rod/column"),
+    shader!("rod/source"),
     shader!("slots"),
     shader!("memory"),
-    shader!("varying/memory"),
-    shader!("varying/matrix"),
-    shader!("varying/space"),
-    shader!("varying/parameters"),
-    shader!("varying/step"),
-    shader!("varying/crossing"),
-    shader!("varying/ends"),
-    shader!("varying/first"),
-    shader!("varying/index"),
-    shader!("varying/pass"),
-    shader!("varying/path"),
-    shader!("varying/answer"),
-    shader!("varying/turn"),
+    shader!("rod/field/memory"),
+    shader!("rod/field/matrix"),
+    shader!("rod/field/space"),
+    shader!("rod/field/parameters"),
+    shader!("rod/field/step"),
+    shader!("rod/field/crossing"),
+    shader!("rod/field/ends"),
+    shader!("rod/field/first"),
+    shader!("rod/field/index"),
+    shader!("rod/field/pass"),
+    shader!("equilibrium/field/path"),
+    shader!("equilibrium/field/answer"),
+    shader!("equilibrium/field/turn"),
 ];
 
 /// Entry point of kernels that take samples one turn further, pass by pass.

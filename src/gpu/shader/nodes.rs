@@ -4,10 +4,10 @@ use super::segments::integrated;
 use super::settings::ITERATION_BUDGET;
 use super::slots::slot_count;
 use super::specialise::{Specialisation, Value};
-use crate::model::{Plan, path};
+use crate::model::{Plan, tolerances};
 
 /// Numbers of a sample, and of each of its intervals: without derivatives, by forward columns, by reciprocity.
-/// `shaders/nodes/memory.wgsl` says which they are.
+/// `shaders/multiple_shooting/memory.wgsl` says which they are.
 const HEAD_NUMBERS: usize = 52;
 const BARE_INTERVAL_NUMBERS: usize = 138;
 const FORWARD_INTERVAL_NUMBERS: usize = 165;
@@ -38,8 +38,8 @@ pub(crate) fn most_intervals(plan: &Plan) -> usize {
 
 /// Turns that a sample takes at most: to rest, along its path, for its answer and its rows.
 pub(crate) fn most_turns(plan: &Plan) -> usize {
-    let answer = STEPS.len() * (path::NODE_CORRECTIONS + 1);
-    1 + path::NODE_PASS_LIMIT as usize + answer + plan.derivatives.len().div_ceil(3).max(1)
+    let answer = STEPS.len() * (tolerances::NODE_CORRECTIONS + 1);
+    1 + tolerances::NODE_PASS_LIMIT as usize + answer + plan.derivatives.len().div_ceil(3).max(1)
 }
 
 /// Intervals at most of a rod whose errors grow by `growth` powers of e, and that turns at rest (rad) and tapers (powers of e) by `shape`.
@@ -61,28 +61,28 @@ pub(super) fn add_nodes(s: &mut Specialisation, plan: &Plan, is_by_nodes: bool) 
     s.constant("NODE_LEVELS", Value::U32(STEPS.len() as u32));
     s.constant("NODE_STEPS", Value::u32_array(STEPS));
     let epsilon = s.precision.epsilon();
-    let good = path::NODE_GOOD.max(100.0 * epsilon);
+    let good = tolerances::NODE_GOOD.max(100.0 * epsilon);
     for (name, value) in [
-        ("NODE_AIM", path::NODE_AIM),
+        ("NODE_AIM", tolerances::NODE_AIM),
         ("NODE_COLUMNS_GOOD", good),
-        ("NODE_CONTRACTION", path::NODE_CONTRACTION),
-        ("NODE_CORRECTIONS", path::NODE_CORRECTIONS as f64),
-        ("NODE_FIRST_STEP", path::NODE_FIRST_STEP),
-        ("NODE_FOLD_PIVOT", path::NODE_FOLD_PIVOT),
+        ("NODE_CONTRACTION", tolerances::NODE_CONTRACTION),
+        ("NODE_CORRECTIONS", tolerances::NODE_CORRECTIONS as f64),
+        ("NODE_FIRST_STEP", tolerances::NODE_FIRST_STEP),
+        ("NODE_FOLD_PIVOT", tolerances::NODE_FOLD_PIVOT),
         ("NODE_ENOUGH", 64.0 * epsilon),
         ("NODE_GOOD", good),
-        ("NODE_LEAST_RATIO", path::NODE_LEAST_RATIO),
-        ("NODE_MOST_RATIO", path::NODE_MOST_RATIO),
-        ("NODE_NEAR_PIVOT", path::NODE_NEAR_PIVOT),
-        ("SPENT", path::SPENT),
-        ("NODE_NEARBY", path::NODE_NEARBY),
-        ("NODE_PASS_LIMIT", path::NODE_PASS_LIMIT),
-        ("NODE_RETREAT", path::NODE_RETREAT),
-        ("NODE_ROUND_OFF", path::NODE_ROUND_OFF),
-        ("NODE_SMALLEST_FIRST_STEP", path::NODE_SMALLEST_FIRST_STEP),
-        ("NODE_SMALLEST_STEP", path::NODE_SMALLEST_STEP),
-        ("NODE_TRUST", plan.options.pace * path::NODE_TRUST),
-        ("NODE_USUAL", path::NODE_USUAL),
+        ("NODE_LEAST_RATIO", tolerances::NODE_LEAST_RATIO),
+        ("NODE_MOST_RATIO", tolerances::NODE_MOST_RATIO),
+        ("NODE_NEAR_PIVOT", tolerances::NODE_NEAR_PIVOT),
+        ("SPENT", tolerances::SPENT),
+        ("NODE_NEARBY", tolerances::NODE_NEARBY),
+        ("NODE_PASS_LIMIT", tolerances::NODE_PASS_LIMIT),
+        ("NODE_RETREAT", tolerances::NODE_RETREAT),
+        ("NODE_ROUND_OFF", tolerances::NODE_ROUND_OFF),
+        ("NODE_SMALLEST_FIRST_STEP", tolerances::NODE_SMALLEST_FIRST_STEP),
+        ("NODE_SMALLEST_STEP", tolerances::NODE_SMALLEST_STEP),
+        ("NODE_TRUST", plan.options.pace * tolerances::NODE_TRUST),
+        ("NODE_USUAL", tolerances::NODE_USUAL),
     ] {
         s.constant(name, Value::Float(value));
     }

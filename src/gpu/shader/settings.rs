@@ -1,7 +1,7 @@
 //! What host and kernels agree on: the workgroup size, the uniform that every kernel reads, how numbers are stored.
 
 use crate::backend::Precision;
-use crate::model::path::{chord_tolerance, first_order_tolerance, newton_tolerance, turn_tolerance};
+use crate::model::tolerances::{chord_tolerance, first_order_tolerance, newton_tolerance, turn_tolerance};
 use crate::model::{Plan, PlanOptions};
 use std::mem::offset_of;
 

@@ -1,5 +1,5 @@
 //! WGSL functions that say what parameters change, for forward columns: `sources_k` at the ends of the rod, by the k-th
-//! three of parameters, and `source_j_k` on segment j. `Sources` and `Source` are those of `shaders/source.wgsl`.
+//! three of parameters, and `source_j_k` on segment j. `Sources` and `Source` are those of `shaders/rod/source.wgsl`.
 //!
 //! Which number of a source is not zero is known here, so that compilers see the zeros.
 

@@ -1,7 +1,7 @@
 //! The Runge-Kutta methods of a plan, as terms and constants of the shaders.
 
 use super::specialise::{Specialisation, Value};
-use crate::model::path::PATH_STEPPER;
+use crate::model::tolerances::PATH_STEPPER;
 use crate::model::{Plan, Tableau};
 
 /// The tableaux in use: that of the path, that of the answer.

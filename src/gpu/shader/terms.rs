@@ -11,7 +11,7 @@ use super::specialise::{Specialisation, Value};
 use super::tableaux::{add_tableaux, tableaux};
 use super::varying::add_varying;
 use crate::backend::Precision;
-use crate::model::path;
+use crate::model::tolerances;
 use crate::model::{BLOCK, MOST_KNOWN, NO_EQUILIBRIUM, Plan, Quantity, SegmentPlan, Status, step_at};
 
 /// What a kernel is made for.
@@ -173,60 +173,60 @@ fn add_segments(s: &mut Specialisation, plan: &Plan) {
 /// How to follow the path, as the CPU engine does; passes are fewer where loops may not run as long.
 fn add_path(s: &mut Specialisation, plan: &Plan, most_passes: f64) {
     let numbers = [
-        ("PATH_TOLERANCE", path::PATH_TOLERANCE),
-        ("CONTRACTION", path::CONTRACTION),
-        ("LOAD_STEP_TOLERANCE", path::LOAD_STEP_TOLERANCE),
-        ("FULL_LOAD_TOLERANCE", path::FULL_LOAD_TOLERANCE),
-        ("TRUST", plan.options.pace * path::TRUST),
-        ("FINE_TRUST", path::FINE_TRUST),
-        ("NEARBY", path::NEARBY),
-        ("CORRECTIONS", path::CORRECTIONS),
-        ("DEPARTURE", path::DEPARTURE),
-        ("DEPARTURE_AIM", path::DEPARTURE_AIM),
-        ("FIRST_BEND", plan.options.pace * path::FIRST_BEND),
-        ("RETREATS", path::RETREATS),
-        ("NEAR_MARGIN", path::NEAR_MARGIN),
-        ("SPENT", path::SPENT),
-        ("WIDENING", path::WIDENING),
-        ("AIM", path::AIM),
-        ("LEAST_RATIO", path::LEAST_RATIO),
-        ("MOST_RATIO", path::MOST_RATIO),
-        ("RETREAT", path::RETREAT),
-        ("SMALLEST_RAMP_STEP", path::SMALLEST_RAMP_STEP),
-        ("SMALLEST_GUARDED_STEP", path::SMALLEST_GUARDED_STEP),
-        ("SMALLEST_UNSYMMETRIC_STEP", path::SMALLEST_UNSYMMETRIC_STEP),
+        ("PATH_TOLERANCE", tolerances::PATH_TOLERANCE),
+        ("CONTRACTION", tolerances::CONTRACTION),
+        ("LOAD_STEP_TOLERANCE", tolerances::LOAD_STEP_TOLERANCE),
+        ("FULL_LOAD_TOLERANCE", tolerances::FULL_LOAD_TOLERANCE),
+        ("TRUST", plan.options.pace * tolerances::TRUST),
+        ("FINE_TRUST", tolerances::FINE_TRUST),
+        ("NEARBY", tolerances::NEARBY),
+        ("CORRECTIONS", tolerances::CORRECTIONS),
+        ("DEPARTURE", tolerances::DEPARTURE),
+        ("DEPARTURE_AIM", tolerances::DEPARTURE_AIM),
+        ("FIRST_BEND", plan.options.pace * tolerances::FIRST_BEND),
+        ("RETREATS", tolerances::RETREATS),
+        ("NEAR_MARGIN", tolerances::NEAR_MARGIN),
+        ("SPENT", tolerances::SPENT),
+        ("WIDENING", tolerances::WIDENING),
+        ("AIM", tolerances::AIM),
+        ("LEAST_RATIO", tolerances::LEAST_RATIO),
+        ("MOST_RATIO", tolerances::MOST_RATIO),
+        ("RETREAT", tolerances::RETREAT),
+        ("SMALLEST_RAMP_STEP", tolerances::SMALLEST_RAMP_STEP),
+        ("SMALLEST_GUARDED_STEP", tolerances::SMALLEST_GUARDED_STEP),
+        ("SMALLEST_UNSYMMETRIC_STEP", tolerances::SMALLEST_UNSYMMETRIC_STEP),
         ("PASS_LIMIT", most_passes),
-        ("SAFE_MARGIN", path::SAFE_MARGIN),
-        ("NARROW_MARGIN", path::NARROW_MARGIN),
-        ("FOLD_MARGIN", path::FOLD_MARGIN),
-        ("INDEX_NOISE", path::INDEX_NOISE),
-        ("UNBUCKLED", path::UNBUCKLED),
+        ("SAFE_MARGIN", tolerances::SAFE_MARGIN),
+        ("NARROW_MARGIN", tolerances::NARROW_MARGIN),
+        ("FOLD_MARGIN", tolerances::FOLD_MARGIN),
+        ("INDEX_NOISE", tolerances::INDEX_NOISE),
+        ("UNBUCKLED", tolerances::UNBUCKLED),
         ("NO_EQUILIBRIUM", NO_EQUILIBRIUM),
-        ("SEARCH_LIMIT", path::SEARCH_LIMIT),
-        ("SEARCH_STEP", path::SEARCH_STEP),
-        ("CHORD_TRUST", path::CHORD_TRUST),
-        ("SECOND_ORDER", path::SECOND_ORDER),
-        ("SHORTEST_INTERVAL", path::SHORTEST_INTERVAL),
+        ("SEARCH_LIMIT", tolerances::SEARCH_LIMIT),
+        ("SEARCH_STEP", tolerances::SEARCH_STEP),
+        ("CHORD_TRUST", tolerances::CHORD_TRUST),
+        ("SECOND_ORDER", tolerances::SECOND_ORDER),
+        ("SHORTEST_INTERVAL", tolerances::SHORTEST_INTERVAL),
         ("EPSILON", s.precision.epsilon()),
-        ("DIFFERENCE", path::DIFFERENCE),
-        ("ROUND_OFF", path::ROUND_OFF),
-        ("ROUNDED", path::rounded(s.precision.epsilon(), plan.step_count())),
-        ("COLUMN_NOISE", path::COLUMN_NOISE),
-        ("NODE_FLOOR", path::NODE_FLOOR),
-        ("FIELD_COLUMN_NOISE", path::FIELD_COLUMN_NOISE),
+        ("DIFFERENCE", tolerances::DIFFERENCE),
+        ("ROUND_OFF", tolerances::ROUND_OFF),
+        ("ROUNDED", tolerances::rounded(s.precision.epsilon(), plan.step_count())),
+        ("COLUMN_NOISE", tolerances::COLUMN_NOISE),
+        ("NODE_FLOOR", tolerances::NODE_FLOOR),
+        ("FIELD_COLUMN_NOISE", tolerances::FIELD_COLUMN_NOISE),
         ("STAGE_NOISE", plan.stage_noise(s.precision.epsilon())),
         ("BEND_NOISE", plan.bend_noise()),
-        ("LITTLE_TURN", path::LITTLE_TURN),
-        ("GROWTH_NOISE", path::GROWTH_NOISE),
-        ("REACH", path::REACH),
+        ("LITTLE_TURN", tolerances::LITTLE_TURN),
+        ("GROWTH_NOISE", tolerances::GROWTH_NOISE),
+        ("REACH", tolerances::REACH),
     ];
     for (name, value) in numbers {
         s.constant(name, Value::Float(value));
     }
     s.term("SEARCH", plan.start.is_some());
     s.constant("MOST_KNOWN", Value::U32(MOST_KNOWN as u32));
-    s.constant("CHORD_LIMIT", Value::U32(path::CHORD_LIMIT as u32));
-    s.constant("NEWTON_LIMIT", Value::U32(path::NEWTON_LIMIT as u32));
+    s.constant("CHORD_LIMIT", Value::U32(tolerances::CHORD_LIMIT as u32));
+    s.constant("NEWTON_LIMIT", Value::U32(tolerances::NEWTON_LIMIT as u32));
 }
 
 /// Passes over the rod on one path, such that an invocation never exceeds the iterations that drivers run.
@@ -244,12 +244,13 @@ pub(crate) fn pass_limit(plan: &Plan) -> f64 {
         0 => gathered,
         threes => threes + (threes - 1) * pass(steps),
     };
-    let attempt =
-        (path::CHORD_LIMIT + 1) * pass(steps) + 2 * pass(2 * steps) + path::NEWTON_LIMIT * (pass(steps) + gathered);
-    let direct = (2 + path::CORRECTIONS as usize) * pass(path_steps);
+    let attempt = (tolerances::CHORD_LIMIT + 1) * pass(steps)
+        + 2 * pass(2 * steps)
+        + tolerances::NEWTON_LIMIT * (pass(steps) + gathered);
+    let direct = (2 + tolerances::CORRECTIONS as usize) * pass(path_steps);
     // Each of the three paths may be the first that leads to an unstable equilibrium.
     let fixed = rows + 2 * pass(path_steps) + 3 * attempt + direct;
     // Both ramps in the first attempt, both in the second, the guarded one in the third; each pass with its index.
     let left = ITERATION_BUDGET.saturating_sub(fixed) / (2 * pass(path_steps) + 3 * pass(careful_steps));
-    path::PASS_LIMIT.min(left as f64)
+    tolerances::PASS_LIMIT.min(left as f64)
 }

@@ -4,9 +4,9 @@ use super::segments::{careful_steps, field_entries, integrated, path_steps};
 use super::settings::ITERATION_BUDGET;
 use super::slots::slots;
 use super::specialise::{Specialisation, Value};
-use crate::model::{CoilLoad, Entry, FIELD_DIPOLE_RECORD, FIELD_RECORD, Plan, Slot, path};
+use crate::model::{CoilLoad, Entry, FIELD_DIPOLE_RECORD, FIELD_RECORD, Plan, Slot, tolerances};
 
-/// Numbers of a sample, and of each of its intervals; `shaders/varying/memory.wgsl` says which they are.
+/// Numbers of a sample, and of each of its intervals; `shaders/rod/field/memory.wgsl` says which they are.
 const HEAD_NUMBERS: usize = 147;
 const INTERVAL_NUMBERS: usize = 145;
 /// Iterations of a turn for each interval besides those over stages and sources, where columns are no loops: elimination.
@@ -20,8 +20,8 @@ pub(crate) fn varying_bytes(plan: &Plan) -> u64 {
 /// Turns that a sample takes at most, without care and then with it.
 pub(crate) fn most_turns(plan: &Plan) -> usize {
     // A load step that converges takes a second pass, for stability.
-    let on_path = 1 + 2 * path::NODE_PASS_LIMIT as usize;
-    let answer = path::FIELD_NEWTON_LIMIT as usize + 2;
+    let on_path = 1 + 2 * tolerances::NODE_PASS_LIMIT as usize;
+    let answer = tolerances::FIELD_NEWTON_LIMIT as usize + 2;
     2 * (on_path + answer) + plan.derivatives.len().div_ceil(3)
 }
 
@@ -84,19 +84,19 @@ pub(super) fn add_varying(s: &mut Specialisation, plan: &Plan) {
     s.constant("POINTS", Value::float_array(points(plan).iter().map(|(at, _)| *at)));
     s.constant("POINT_SHARES", Value::float_array(points(plan).iter().map(|(_, share)| *share)));
     for (name, value) in [
-        ("FIELD_CHORD_LIMIT", path::FIELD_CHORD_LIMIT),
-        ("LITTLE_LOAD", path::LITTLE_LOAD),
-        ("FIELD_LITTLE_STEP", path::FIELD_LITTLE_STEP),
-        ("FIELD_LOAD_TOLERANCE", path::FIELD_LOAD_TOLERANCE),
-        ("PATH_TOLERANCE", path::PATH_TOLERANCE),
-        ("FIELD_SOFT", path::FIELD_SOFT),
-        ("FIELD_SOFT_RATIO", path::FIELD_SOFT_RATIO),
-        ("FIELD_TOLERANCE", path::FIELD_TOLERANCE),
-        ("FIELD_TELLING", path::FIELD_TELLING),
-        ("FIELD_NEAR_MARGIN", path::FIELD_NEAR_MARGIN),
-        ("NEAR_MARGIN", path::NEAR_MARGIN),
-        ("SPENT", path::SPENT),
-        ("FIELD_NEWTON_LIMIT", path::FIELD_NEWTON_LIMIT),
+        ("FIELD_CHORD_LIMIT", tolerances::FIELD_CHORD_LIMIT),
+        ("LITTLE_LOAD", tolerances::LITTLE_LOAD),
+        ("FIELD_LITTLE_STEP", tolerances::FIELD_LITTLE_STEP),
+        ("FIELD_LOAD_TOLERANCE", tolerances::FIELD_LOAD_TOLERANCE),
+        ("PATH_TOLERANCE", tolerances::PATH_TOLERANCE),
+        ("FIELD_SOFT", tolerances::FIELD_SOFT),
+        ("FIELD_SOFT_RATIO", tolerances::FIELD_SOFT_RATIO),
+        ("FIELD_TOLERANCE", tolerances::FIELD_TOLERANCE),
+        ("FIELD_TELLING", tolerances::FIELD_TELLING),
+        ("FIELD_NEAR_MARGIN", tolerances::FIELD_NEAR_MARGIN),
+        ("NEAR_MARGIN", tolerances::NEAR_MARGIN),
+        ("SPENT", tolerances::SPENT),
+        ("FIELD_NEWTON_LIMIT", tolerances::FIELD_NEWTON_LIMIT),
     ] {
         s.constant(name, Value::Float(value));
     }

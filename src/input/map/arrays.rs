@@ -1,4 +1,4 @@
-//! Arrays of an NPZ file: a number for each node, or an index for each of x, y and z.
+//! Arrays of an NPZ or a MATLAB file: a number for each node, or an index for each of x, y and z.
 
 use super::data::{Factors, POTENTIAL, Samples, Values};
 use super::grid::of_axes;
@@ -6,7 +6,8 @@ use super::nodes::{FLUX, Named, PLACES, meaning, of_columns};
 use super::{MOST_NODES, wrong};
 use crate::input::InputError;
 use crate::model::{short_list, short_name};
-use crate::table::npy::{NumberArray, array_names, read_arrays};
+use crate::table::npy::NumberArray;
+use crate::table::{TableError, mat, npy};
 use std::path::Path;
 
 /// Three numbers a node: B.
@@ -26,15 +27,38 @@ fn of_array(name: &str) -> Option<(&'static str, bool)> {
     }
 }
 
+/// What holds the arrays.
+pub(super) enum File<'a> {
+    Npz,
+    Matlab(&'a [u8]),
+}
+
+impl File<'_> {
+    fn names(&self, path: &Path) -> Result<Vec<String>, TableError> {
+        match self {
+            File::Npz => npy::array_names(path),
+            File::Matlab(bytes) => mat::array_names(bytes),
+        }
+    }
+
+    fn arrays(&self, path: &Path, names: &[&str]) -> Result<Vec<NumberArray>, TableError> {
+        let most = 3 * MOST_NODES as u64;
+        match self {
+            File::Npz => npy::read_arrays(path, names, most),
+            File::Matlab(bytes) => mat::read_arrays(bytes, names, most),
+        }
+    }
+}
+
 /// An array without indices of one place, by its meaning.
 struct Array {
     means: &'static str,
     own: NumberArray,
 }
 
-pub(super) fn read(path: &Path, factors: &Factors) -> Result<Samples, InputError> {
+pub(super) fn read(path: &Path, factors: &Factors, file: &File) -> Result<Samples, InputError> {
     let refused = |words: String| wrong(path, None, "", words);
-    let names = array_names(path).map_err(|error| refused(error.to_string()))?;
+    let names = file.names(path).map_err(|error| refused(error.to_string()))?;
     let mut chosen: Vec<(&str, &'static str, bool)> = Vec::new();
     for name in names.iter().map(String::as_str) {
         let Some((means, is_own)) = of_array(name) else { continue };
@@ -51,7 +75,7 @@ pub(super) fn read(path: &Path, factors: &Factors) -> Result<Samples, InputError
     }
     let there = format!("the file has {}", listed(&names));
     let asked: Vec<&str> = chosen.iter().map(|(name, ..)| *name).collect();
-    let arrays = read_arrays(path, &asked, 3 * MOST_NODES as u64).map_err(|error| refused(error.to_string()))?;
+    let arrays = file.arrays(path, &asked).map_err(|error| refused(error.to_string()))?;
     let mut all = Vec::new();
     for (mut own, (_, means, _)) in arrays.into_iter().zip(chosen) {
         let factor = factors.of(if means == POINTS { PLACES[0] } else { means });
@@ -72,6 +96,12 @@ pub(super) fn read(path: &Path, factors: &Factors) -> Result<Samples, InputError
         let by_axes = [x, y, z].iter().all(|axis| axis.shape.len() == 1);
         let has_grid = |array: &Array| !PLACES.contains(&array.means) && array.own.shape.len() >= 3;
         if by_axes && all.iter().any(has_grid) {
+            let counts = [x, y, z].map(|axis| axis.values.len());
+            if matches!(file, File::Matlab(_)) {
+                turn_meshgrid(path, counts, all.iter_mut().filter(|array| !PLACES.contains(&array.means)))?;
+            }
+            let found = |means: &str| all.iter().find(|array| array.means == means).map(|array| &array.own);
+            let [Some(x), Some(y), Some(z)] = PLACES.map(found) else { unreachable!("found above") };
             return of_grid(path, [x, y, z], &found, &there);
         }
     }
@@ -131,6 +161,33 @@ fn in_three(array: &NumberArray) -> Option<[Vec<f64>; 3]> {
         [3, ..] => Some([0, 1, 2].map(|k| array.values[k * nodes..(k + 1) * nodes].to_vec())),
         _ => None,
     }
+}
+
+/// Turns arrays with the indices y, x, z, as MATLAB's `meshgrid` has them, to x, y, z. Where there are as many places along x as along y,
+/// nothing tells the two ways apart.
+fn turn_meshgrid<'a>(
+    path: &Path,
+    [nx, ny, _]: [usize; 3],
+    arrays: impl Iterator<Item = &'a mut Array>,
+) -> Result<(), InputError> {
+    for Array { own, .. } in arrays {
+        let [a, b, rest @ ..] = &own.shape[..] else { continue };
+        if nx == ny && [*a, *b] == [nx, ny] {
+            let words = "may have the indices x, y or y, x, since both have as many places: save an array of each node's \
+                         coordinates, [x, y, z] = ndgrid(x, y, z) or meshgrid(x, y, z), in place of the places along each axis";
+            return Err(wrong(path, None, &own.name, words));
+        }
+        if [*a, *b] == [ny, nx] {
+            let inner: usize = rest.iter().product();
+            let value = |at: usize| {
+                let (i, j, k) = (at / (ny * inner), at / inner % ny, at % inner);
+                own.values[(j * nx + i) * inner + k]
+            };
+            own.values = (0..own.values.len()).map(value).collect();
+            own.shape.swap(0, 1);
+        }
+    }
+    Ok(())
 }
 
 /// Places along each axis, and arrays with an index for each of them.

@@ -11,17 +11,13 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>, factors: &Factors) -> Result<Sam
     let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
     let samples = match extension.as_str() {
         "csv" | "txt" | "tsv" | "dat" => columns::read(path, bytes, factors)?,
-        "npz" => arrays::read(path, factors)?,
+        "npz" => arrays::read(path, factors, &arrays::File::Npz)?,
+        "mat" => arrays::read(path, factors, &arrays::File::Matlab(&bytes))?,
         "vtk" => vtk::read(path, &bytes, factors)?,
         "vti" => vti::read(path, &bytes, factors)?,
-        "mat" => {
-            let words = "is a MATLAB file, which is not read: write a table there, writematrix([x(:) y(:) z(:) Bx(:) By(:) \
-                         Bz(:)], \"map.csv\"), or in Python numpy.savez(\"map.npz\", **scipy.io.loadmat(\"map.mat\"))";
-            return Err(wrong(path, None, "", words));
-        }
         _ => {
             let words = format!(
-                "`.{extension}` is no format of samples: give .csv, .txt, .tsv, .dat, .npz, .vtk (legacy) or .vti"
+                "`.{extension}` is no format of samples: give .csv, .txt, .tsv, .dat, .npz, .mat, .vtk (legacy) or .vti"
             );
             return Err(wrong(path, None, "", words));
         }

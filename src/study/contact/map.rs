@@ -2,8 +2,8 @@
 
 use super::lattice::WallLattice;
 use super::robust::{RobustAccount, RobustContact};
+use crate::draw::count;
 use crate::model::Scene;
-use crate::report::count;
 use crate::spec::SolutionMethod;
 use crate::study::columns::Columns;
 use crate::study::witness::{WitnessCheck, with_mark};

@@ -1,7 +1,7 @@
 //! A run of control in words.
 
 use super::{ControlRun, ControlSummary};
-use crate::report::{count, engineering};
+use crate::draw::{count, engineering};
 use crate::spec::Redundancy;
 
 impl ControlRun {

@@ -1,7 +1,7 @@
 //! A fit in words.
 
 use super::{Fit, FitJob};
-use crate::report::{TextTable, engineering};
+use crate::draw::{TextTable, engineering};
 
 impl Fit {
     /// The fitted numbers in a table, how well they fit and what cannot be told apart, for the terminal.

@@ -5,8 +5,8 @@ use super::indices::WITHHELD;
 use super::notes::NO_NOMINAL;
 use super::outputs::DISTANCE;
 use super::result::{Identification, Index, Order, Sensitivity};
+use crate::draw::{TextTable, count};
 use crate::input::quantity_text;
-use crate::report::{TextTable, count};
 use crate::study::witness::with_mark;
 
 /// Share of a variance from which on an input is named in the headline.

@@ -2,9 +2,9 @@
 
 use super::{SolveError, Solved, breaking};
 use crate::backend::BackendError;
+use crate::draw::{TextTable, engineering};
 use crate::model::{Plan, Rod, Solutions, Vector};
 use crate::reference::{Reached, Reference, column_growth, energy_of, equilibrium_near};
-use crate::report::{TextTable, engineering};
 use crate::results::StabilityEvidence;
 use crate::sweep::branch_tools;
 use crate::sweep::{Branch, BranchSearch};

@@ -2,10 +2,10 @@
 
 use super::{SolveError, Solved};
 use crate::backend::{Backend, Precision};
-use crate::lanes::{Lanes, Operations};
-use crate::model::path::PATH_STEPPER;
+use crate::cpu::{Cpu, Operations};
+use crate::draw::{TextTable, engineering};
+use crate::model::tolerances::PATH_STEPPER;
 use crate::model::{FieldMap, Plan, SegmentPlan, Units};
-use crate::report::{TextTable, engineering};
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -211,7 +211,7 @@ fn traits(segment: &SegmentPlan) -> Vec<&'static str> {
 
 /// Of the CPU engine in f64, which follows the sample again.
 fn rungs(solved: &Solved) -> Result<Vec<String>, SolveError> {
-    let mut engine = Lanes::new(solved.plan(), Precision::F64)?;
+    let mut engine = Cpu::new(solved.plan(), Precision::F64)?;
     engine.solve(solved.batch())?;
     Ok(engine.rungs().into_iter().map(|rung| rung.rung).collect())
 }
@@ -222,7 +222,7 @@ fn passes(solved: &Solved) -> Result<Vec<PlannedPass>, SolveError> {
         // Its kernels are others, which nothing counts.
         return Ok(Vec::new());
     }
-    let counted = Lanes::new(plan, Precision::F64)?.count_operations(solved.batch(), 0);
+    let counted = Cpu::new(plan, Precision::F64)?.count_operations(solved.batch(), 0);
     let stepper = plan.options.stepper;
     let integrated = plan.free.map_or(plan.segments.len(), |free| free.segment);
     let steps = |of: &dyn Fn(usize) -> usize| plan.segments[..integrated].iter().map(|s| of(s.steps)).sum::<usize>();

@@ -1,9 +1,9 @@
 //! Points along one solved rod, and how they move with the parameters.
 
 use super::{Rows, SolveError, Solved};
+use crate::draw::TextTable;
 use crate::model::{Axis, Matrix, Rod, Scene, Slot, Vector};
 use crate::reference::{Pose, PoseDerivative, shape_with_derivatives};
-use crate::report::TextTable;
 use crate::study::rod_points::{add, by_parameter};
 use serde_json::{Value, json};
 use std::fmt;

@@ -1,8 +1,8 @@
 //! A solution for a person.
 
 use super::Solved;
+use crate::draw::{TextTable, engineering};
 use crate::model::{Quantity, SegmentKind, Status, TipOnWall, Vector};
-use crate::report::{TextTable, engineering};
 use std::fmt;
 
 impl fmt::Display for Solved {

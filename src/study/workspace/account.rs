@@ -344,7 +344,7 @@ impl WorkspaceAccount {
             lines.push(format!("largest compliance, median: {median:.2} mm/mN"));
         }
         lines.push(self.check_by_reference.sentence());
-        lines.push(format!("{} equilibria on {}", crate::report::count(self.solves), self.engine));
+        lines.push(format!("{} equilibria on {}", crate::draw::count(self.solves), self.engine));
         lines.join("\n")
     }
 }

@@ -7,7 +7,7 @@ use rodsweep::input::{
 use rodsweep::model::Scene;
 use rodsweep::results::{Manifest, Results};
 use rodsweep::spec::SweepSpec;
-use rodsweep::table::{Column, Table, Values, csv, npz, parquet};
+use rodsweep::table::{Column, Table, Values, csv, mat, npz, parquet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -23,7 +23,7 @@ pub struct Reader {
 }
 
 /// Every reader.
-pub const READERS: [Reader; 14] = [
+pub const READERS: [Reader; 15] = [
     Reader { name: "scene", read: scene, seeds: || shipped(&["sweeps/scenes"], "toml") },
     Reader { name: "sweep", read: sweep, seeds: || shipped(&["sweeps", "sweeps/bench"], "toml") },
     Reader { name: "trajectory", read: trajectory, seeds: || shipped(&["sweeps/trajectories"], "toml") },
@@ -35,6 +35,7 @@ pub const READERS: [Reader; 14] = [
     },
     Reader { name: "parquet", read: read_parquet, seeds: parquet_files },
     Reader { name: "npz", read: read_npz, seeds: || vec![npz::encode(&table()).unwrap_or_default()] },
+    Reader { name: "mat", read: read_mat, seeds: || shipped(&["tests/data/matlab"], "mat") },
     Reader { name: "import", read: read_import, seeds: || shipped(&["tests/data/import"], "") },
     Reader { name: "run", read: run, seeds: || vec![whole_run()[0].1.clone()] },
     Reader { name: "manifest", read: manifest, seeds: || vec![whole_run()[2].1.clone()] },
@@ -175,6 +176,14 @@ fn read_npz(_: &Place, bytes: &[u8]) {
     if let Ok(table) = npz::decode(bytes, &[], &table()) {
         let rows = table.row_count();
         assert!(table.columns.iter().all(|column| column.values.len() == rows), "columns differ in length");
+    }
+}
+
+fn read_mat(_: &Place, bytes: &[u8]) {
+    let Ok(names) = mat::array_names(bytes) else { return };
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    for array in mat::read_arrays(bytes, &names, 1 << 16).unwrap_or_default() {
+        assert_eq!(array.values.len(), array.shape.iter().product::<usize>(), "numbers do not fit their shape");
     }
 }
 

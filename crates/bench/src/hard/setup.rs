@@ -3,8 +3,8 @@
 use super::case::{Answer, Case};
 use super::documented;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::Engine;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Status, Stepper, Vector};
 use std::time::Instant;
 
@@ -107,7 +107,7 @@ impl Setup {
         let mut furthest = (STEPS[0], -1.0);
         for steps in STEPS {
             let plan = plan.with_options(self.options(steps));
-            let solutions = Lanes::new(&plan, self.precision)?.solve(&plan.batch(1, |_, _| {}))?;
+            let solutions = Cpu::new(&plan, self.precision)?.solve(&plan.batch(1, |_, _| {}))?;
             let load_fraction = solutions.get(0, Quantity::LoadFraction);
             if load_fraction > furthest.1 {
                 furthest = (steps, load_fraction);

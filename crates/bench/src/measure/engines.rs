@@ -4,8 +4,8 @@ use super::clock::Timing;
 use crate::bench_file::Work;
 use crate::record::Record;
 use rodsweep::backend::{Backend, BackendError, Precision};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::gpu::{AdapterSummary, Device, Gpu, adapters};
-use rodsweep::lanes::{InstructionSet, Lanes};
 use rodsweep::model::{Plan, PlanOptions};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +84,7 @@ impl Engine {
 
     pub fn make(&self, plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
         Ok(match self.place {
-            Place::Cpu(set) => Box::new(Lanes::with_instruction_set(plan, self.precision, set)?),
+            Place::Cpu(set) => Box::new(Cpu::with_instruction_set(plan, self.precision, set)?),
             Place::Gpu { .. } => Box::new(Gpu::new(Device::open()?, plan, self.precision)?),
         })
     }

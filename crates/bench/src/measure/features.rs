@@ -7,7 +7,7 @@ use super::session::Session;
 use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::backend::Precision;
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Parameter, PlanOptions, Quantity, Stepper};
 use rodsweep::spec::SweepSpec;
 use std::fmt::Write;
@@ -163,7 +163,7 @@ fn point(part: &str, name: &str, size: f64, rod: &Rod, session: &mut Session) ->
             let solutions = backend.solve(&batch)?;
             Ok((solutions, Clock::Processor.time(effort, || backend.solve(&batch))))
         })?;
-        let passes = Lanes::new(&plan, precision)?.count_operations(&batch, 0);
+        let passes = Cpu::new(&plan, precision)?.count_operations(&batch, 0);
         let failed = (0..SAMPLES).filter(|sample| !solutions.status(*sample).is_success()).count();
         let mean = |quantity| (0..SAMPLES).map(|at| solutions.get(at, quantity)).sum::<f64>() / SAMPLES as f64;
         session.records.push(Record {

@@ -5,7 +5,7 @@ use super::problem::{NEAR, SMALL_COLUMN};
 use super::session::Session;
 use crate::bench_file::BenchSpec;
 use crate::machine;
-use rodsweep::lanes::InstructionSet;
+use rodsweep::cpu::InstructionSet;
 use rodsweep::model::Stepper;
 use serde_json::{Value, json};
 use std::path::PathBuf;

@@ -7,8 +7,8 @@ use super::session::Session;
 use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::backend::{Backend, BackendError, BackendKind, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::engines::{self, F32_TOLERANCE, cpu_f64, second_attempt, witness};
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{Plan, PlanOptions, Quantity};
 use rodsweep::shipped::{P6, WORKSPACE};
 use rodsweep::spec::SweepSpec;
@@ -146,7 +146,7 @@ fn operations(map: &Map, session: &mut Session) -> Result<(), BenchError> {
     let every = map.spec.sample_count / COUNTED as u64;
     rows.iter_mut().enumerate().for_each(|(index, row)| sampler.values(index as u64 * every, row));
     let batch = batch_of(&map.plan, COUNTED, &rows);
-    let mut lanes = Lanes::new(&map.plan, Precision::F64)?;
+    let mut lanes = Cpu::new(&map.plan, Precision::F64)?;
     let solved = lanes.solve(&batch)?;
     let passes = (0..COUNTED).map(|at| solved.get(at, Quantity::Iterations)).sum::<f64>() / COUNTED as f64;
     let counted = lanes.count_operations(&batch, 0);

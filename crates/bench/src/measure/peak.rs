@@ -3,7 +3,7 @@
 use super::clock::{Clock, Effort};
 use pulp::{Simd, WithSimd};
 use rodsweep::backend::Precision;
-use rodsweep::lanes::InstructionSet;
+use rodsweep::cpu::InstructionSet;
 
 /// Independent sums: enough to hide a latency of six cycles at two a cycle, and to stay in sixteen registers.
 const SUMS: usize = 12;

@@ -8,7 +8,7 @@ use crate::bench_file::{BenchSpec, Sets, Work};
 use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::backend::{BackendError, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{Plan, PlanOptions, Stepper};
 use std::time::Instant;
 
@@ -157,7 +157,7 @@ fn operations(
     solutions: &rodsweep::model::Solutions,
 ) -> Result<f64, BenchError> {
     use rodsweep::model::Quantity::Iterations;
-    let passes = Lanes::new(plan, engine.precision)?.count_operations(batch, 0);
+    let passes = Cpu::new(plan, engine.precision)?.count_operations(batch, 0);
     let count = batch.sample_count();
     let mean = (0..count).map(|sample| solutions.get(sample, Iterations)).sum::<f64>() / count.max(1) as f64;
     Ok(passes.of_sample(mean))

@@ -5,7 +5,7 @@ use crate::error::BenchError;
 use crate::random::Random;
 use crate::record::{Errors, NONE, Record};
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{
     Batch, Parameter, Plan, PlanOptions, Quantity, Solutions, Start, Stepper, Vector, rotation_angle,
 };
@@ -95,7 +95,7 @@ impl<'a> Problem<'a> {
         let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps: FINE, ..PlanOptions::default() };
         let plan = plan(spec, &wrt, options)?;
         let truth = Reference::new(&plan).solve(&batch_of(&plan, count, &rows))?;
-        let mut lanes = Lanes::new(&plan, Precision::F64)?;
+        let mut lanes = Cpu::new(&plan, Precision::F64)?;
         let here = lanes.solve(&batch_of(&plan, drawn, &rows))?;
         let there = lanes.solve(&batch_of(&plan, drawn, &near))?;
         let is_solved = |at: &usize| here.status(*at).is_success() && there.status(*at).is_success();

@@ -6,8 +6,8 @@ use crate::bench_file::Work;
 use crate::error::BenchError;
 use crate::record::Record;
 use rodsweep::backend::{Backend, Precision};
+use rodsweep::cpu::Cpu;
 use rodsweep::input::parse_scene;
-use rodsweep::lanes::Lanes;
 use rodsweep::model::{PlanOptions, Scene, Stepper, Vector};
 use rodsweep::reference::solve_rod;
 use std::path::Path;
@@ -82,7 +82,7 @@ pub fn other_formulation(problem: &Problem, session: &mut Session) -> Result<(),
     for steps in FINE {
         let options = PlanOptions { tolerance: 1e-12, stepper: Stepper::Dop853, steps, ..PlanOptions::default() };
         let plan = problem.plan(Work::Cold, options)?;
-        let found = Lanes::new(&plan, Precision::F64)?.solve(&problem.batch(Work::Cold, problem.len())?)?;
+        let found = Cpu::new(&plan, Precision::F64)?.solve(&problem.batch(Work::Cold, problem.len())?)?;
         let judged = problem.judge(Work::Cold, &found);
         let mut record = Record {
             work: "other formulation".into(),

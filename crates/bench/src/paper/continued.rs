@@ -5,7 +5,7 @@ use super::rows::{Errors, Row, Spread, Stopwatch};
 use super::settings::TOLERANCE;
 use crate::error::BenchError;
 use rodsweep::backend::{Backend, BackendError, Precision};
-use rodsweep::lanes::{InstructionSet, Lanes};
+use rodsweep::cpu::{Cpu, InstructionSet};
 use rodsweep::model::{OneSample, Plan, PlanOptions, Quantity, Solutions, Vector};
 
 /// Row of a derivative where that of the base moment begins.
@@ -17,7 +17,7 @@ pub struct Continued<'a> {
     cases: &'a Cases,
     plan: Plan,
     sample: OneSample,
-    engine: Lanes,
+    engine: Cpu,
     at_once: usize,
     /// Of every configuration, and of those near by.
     here: Solutions,
@@ -34,7 +34,7 @@ impl<'a> Continued<'a> {
         set: InstructionSet,
     ) -> Result<Self, BackendError> {
         let from_rest = cases.plan.with_options(options);
-        let mut engine = Lanes::new(&from_rest, Precision::F64)?;
+        let mut engine = Cpu::new(&from_rest, Precision::F64)?;
         let mut solve = |values: &dyn Fn(usize) -> Vec<f64>| {
             let rows: Vec<Vec<f64>> = (0..cases.list.len()).map(values).collect();
             engine.solve(&batch(&from_rest, &rows))
@@ -51,7 +51,7 @@ impl<'a> Continued<'a> {
         Ok(Self {
             method,
             cases,
-            engine: Lanes::with_instruction_set(&plan, Precision::F64, set)?,
+            engine: Cpu::with_instruction_set(&plan, Precision::F64, set)?,
             sample: plan.one_sample(),
             plan,
             at_once,

@@ -11,7 +11,7 @@ use crate::baseline::{control_step, from_rest, solve};
 use crate::error::BenchError;
 use crate::random::Random;
 use rodsweep::backend::Backend;
-use rodsweep::lanes::{InstructionSet, Lanes};
+use rodsweep::cpu::{Cpu, InstructionSet};
 
 /// A baseline with what it starts from.
 struct Contender<'a> {
@@ -79,7 +79,7 @@ impl<'a> Contender<'a> {
 }
 
 /// The engine, one configuration a call: from rest every time.
-fn time_single(engine: &mut Lanes, cases: &Cases, index: usize, watches: &mut [Stopwatch; 2]) {
+fn time_single(engine: &mut Cpu, cases: &Cases, index: usize, watches: &mut [Stopwatch; 2]) {
     let case = &cases.list[index];
     let inputs = batch(&cases.plan, std::slice::from_ref(&case.values));
     watches[0].time(index, || engine.solve(&inputs).ok());
@@ -91,7 +91,7 @@ fn time_single(engine: &mut Lanes, cases: &Cases, index: usize, watches: &mut [S
 }
 
 /// The engine over many configurations at once, seconds for each.
-fn time_batch(engine: &mut Lanes, cases: &Cases, repeats: usize) -> [Option<Spread>; 2] {
+fn time_batch(engine: &mut Cpu, cases: &Cases, repeats: usize) -> [Option<Spread>; 2] {
     let mut random = Random(cases.random);
     let currents = cases.plan.axes.len();
     let rows: Vec<Vec<f64>> =

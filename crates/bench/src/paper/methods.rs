@@ -6,7 +6,7 @@ use super::settings::{CHAIN_TOLERANCES, TOLERANCE};
 use crate::baseline::{Chain, Differences, Method, Paper, Rod, Scheme, from_rest};
 use crate::error::BenchError;
 use rodsweep::backend::{Backend, Precision};
-use rodsweep::lanes::Lanes;
+use rodsweep::cpu::Cpu;
 use rodsweep::model::{PlanOptions, Stepper};
 use rodsweep::sweep::STEPS;
 
@@ -105,16 +105,16 @@ pub fn baselines(cases: &Cases) -> Vec<Baseline> {
 }
 
 /// The CPU engine in the settings with the fewest stages that meet the tolerance.
-pub fn engine(cases: &Cases) -> Result<Lanes, BenchError> {
+pub fn engine(cases: &Cases) -> Result<Cpu, BenchError> {
     let rows: Vec<Vec<f64>> = cases.list.iter().map(|case| case.values.clone()).collect();
     let batch = batch(&cases.plan, &rows);
     let all = Stepper::ALL.into_iter().flat_map(|stepper| STEPS.map(|steps| (stepper, steps)));
     let mut all: Vec<(Stepper, usize)> = all.filter(|(stepper, _)| stepper.order() > 4).collect();
     all.sort_by_key(|(stepper, steps)| stepper.stage_count() * steps);
-    let mut engine = Lanes::new(&cases.plan, Precision::F64)?;
+    let mut engine = Cpu::new(&cases.plan, Precision::F64)?;
     for (stepper, steps) in all {
         let options = PlanOptions { tolerance: TOLERANCE, stepper, steps, ..cases.plan.options };
-        engine = Lanes::new(&cases.plan.with_options(options), Precision::F64)?;
+        engine = Cpu::new(&cases.plan.with_options(options), Precision::F64)?;
         let solutions = engine.solve(&batch)?;
         let error = |(sample, case): (usize, &Case)| {
             let found = jacobian(&solutions, sample, cases.inputs.len());

@@ -5,7 +5,7 @@ use super::methods::PAPER;
 use super::rows::{Row, Spread, TIMED};
 use super::settings::{BATCH, CHAIN_TOLERANCES, TOGETHER, TOLERANCE};
 use super::{Comparison, PaperOptions};
-use rodsweep::report::{TextTable, engineering};
+use rodsweep::draw::{TextTable, engineering};
 use serde_json::{Value, json};
 
 /// Beside published figures, too, though without any.

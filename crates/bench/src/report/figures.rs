@@ -3,8 +3,8 @@
 use super::costs::names;
 use super::measured::{Report, WORK};
 use crate::record::Record;
-use rodsweep::report::Canvas;
-use rodsweep::report::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
+use rodsweep::draw::Canvas;
+use rodsweep::draw::{AxisLabel, Colour, Curves, Figure, Marker, NamedBars, Panel, ReportError, Series, Sheet};
 
 /// Scenes in a panel: more curves cannot be told apart.
 const CURVES: usize = 4;

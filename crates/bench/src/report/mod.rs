@@ -17,7 +17,7 @@ pub use measured::Report;
 use crate::error::{BenchError, ReportFileError};
 use crate::files::{MANIFEST, PEERS, RAW, REPORT, read_file, write_file};
 use crate::record::{RecordError, from_csv};
-use rodsweep::report::{Figure, write};
+use rodsweep::draw::{Figure, write};
 use std::path::{Path, PathBuf};
 
 impl Report {

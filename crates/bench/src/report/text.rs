@@ -1,6 +1,6 @@
 //! Numbers and tables as the report writes them.
 
-use rodsweep::report::{TextTable, engineering};
+use rodsweep::draw::{TextTable, engineering};
 
 /// `870 ns`, `1.24 µs`, three digits.
 pub fn time(seconds: f64) -> String {
@@ -40,7 +40,7 @@ pub fn error(x: f64) -> String {
 
 /// A whole number; a dash where there is none.
 pub fn whole(x: f64) -> String {
-    if x.is_nan() { "-".into() } else { rodsweep::report::count(x.max(0.0) as u64) }
+    if x.is_nan() { "-".into() } else { rodsweep::draw::count(x.max(0.0) as u64) }
 }
 
 /// A table in Markdown.

@@ -4,8 +4,8 @@ use super::answer::{Answer, Blame, Difference};
 use super::disagreements::{Disagreements, MOST_NAMED};
 use super::verdicts::{Mismatch, Verdicts};
 use crate::judge::Word;
+use rodsweep::draw::{TextTable, engineering};
 use rodsweep::input::write_scene;
-use rodsweep::report::{TextTable, engineering};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 

@@ -3,7 +3,7 @@
 use super::hard::{Cell, Column, HardCases};
 use super::time::time;
 use crate::hard::{Case, Outcome, Verdict};
-use rodsweep::report::{TextTable, engineering};
+use rodsweep::draw::{TextTable, engineering};
 use serde_json::{Value, json};
 
 impl HardCases {

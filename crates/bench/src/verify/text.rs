@@ -4,7 +4,7 @@ use super::Verification;
 use super::compare::{Largest, Limits};
 use super::links::{F32, F64, Row};
 use super::time::time;
-use rodsweep::report::{TextTable, engineering};
+use rodsweep::draw::{TextTable, engineering};
 use serde_json::{Value, json};
 
 impl Verification {

@@ -22,6 +22,7 @@ export class Legend {
       if (kinds.has("flexible")) entries.push(["line", "var(--flexible)", "flexible"]);
       if (kinds.has("rigid")) entries.push(["line", colours.rigid!, "rigid"]);
       if (kinds.has("coil")) entries.push(["line", colours.coil!, "coil (rigid)"]);
+      if (kinds.has("magnet")) entries.push(["line", colours.coil!, "magnet (rigid)"]);
       const dipole = Math.max(...shape.stretches.map((stretch) => norm(stretch.dipole)));
       if (dipole > 0) entries.push(["arrow", colours.dipole!, `dipole moment \u00b5, ${compact(dipole, 2)} A\u00b7m\u00b2`]);
       const field = norm(shape.flux_density);

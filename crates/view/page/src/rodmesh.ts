@@ -20,7 +20,7 @@ const SIDES = 18;
 /** Of a rod that is no tube: radius over its length. */
 const THIN = 1 / 90;
 /** Thickness of stretches over the tube's. */
-const THICKER = { flexible: 1, rigid: 1.35, coil: 1.85 };
+const THICKER = { flexible: 1, rigid: 1.35, coil: 1.85, magnet: 1.85 };
 /** Lengths of arrows and symbols over the rod's length, as in the figures. */
 const FIELD = 0.16;
 const DIPOLE = 0.2;
@@ -107,7 +107,7 @@ export class RodMesh {
     const kind = tube.userData.kind as Stretch["kind"];
     const { colours } = this.style;
     const flexible = this.isDark ? "#c9c9c9" : colours.flexible!;
-    const plain = kind === "flexible" ? flexible : colours[kind]!;
+    const plain = kind === "flexible" ? flexible : colours[kind === "magnet" ? "coil" : kind]!;
     const colour = this.look === "unstable" ? colours.wrong! : this.look === "stale" ? colours.grey! : plain;
     const opacity = this.look === "stale" ? 0.4 : this.isGhost ? 0.35 : 1;
     tube.material.color.set(colour);
@@ -137,7 +137,7 @@ export class RodMesh {
     const dipoles = shape.stretches.map((stretch) => norm(stretch.dipole));
     const largest = Math.max(...dipoles);
     shape.stretches.forEach((stretch, index) => {
-      const arrow = stretch.kind === "coil" ? this.arrow(`m${index}`, colours.dipole!, 0.006 * length) : null;
+      const arrow = stretch.kind === "coil" || stretch.kind === "magnet" ? this.arrow(`m${index}`, colours.dipole!, 0.006 * length) : null;
       const count = stretch.positions.length / 3;
       const middle = at(stretch.positions, 0).add(at(stretch.positions, count - 1)).multiplyScalar(0.5);
       const share = largest > 0 ? (DIPOLE * length) / largest : 0;

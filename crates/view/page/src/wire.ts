@@ -93,7 +93,7 @@ export interface Solution {
 
 export interface Stretch {
   name: string;
-  kind: "flexible" | "rigid" | "coil";
+  kind: "flexible" | "rigid" | "coil" | "magnet";
   radius: number | null;
   positions: number[];
   rotations: number[];

@@ -1,8 +1,8 @@
 //! Lines of the field, on the wire.
 
 use super::client::{Running, shipped};
+use rodsweep::draw::Surroundings;
 use rodsweep::input::{assign, read_scene};
-use rodsweep::report::Surroundings;
 use serde_json::{Value, json};
 
 const ARM: &str = "sweeps/scenes/arm_magnet.toml";

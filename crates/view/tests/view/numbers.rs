@@ -1,8 +1,8 @@
 //! What the page is told of one rod is what `solve` says of it.
 
 use super::client::{Running, shipped};
+use rodsweep::draw::{AZIMUTH, Colour, ColourMap, ELEVATION, FourViews, RodShape};
 use rodsweep::input::{assign, read_scene};
-use rodsweep::report::{AZIMUTH, Colour, ColourMap, ELEVATION, FourViews, RodShape};
 use rodsweep::study::Solve;
 use serde_json::{Value, json};
 

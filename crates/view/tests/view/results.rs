@@ -1,7 +1,7 @@
 //! A result directory on the wire: points, columns, rows, what a workspace left; and nothing else of the directory.
 
 use super::client::{Running, shipped};
-use rodsweep::report::ColourRange;
+use rodsweep::draw::ColourRange;
 use rodsweep::results::{Results, write_table};
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{ResultDirectory, SweepJob};

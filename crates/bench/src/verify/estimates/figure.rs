@@ -4,7 +4,7 @@ use super::ratios::Ratios;
 use super::{Account, Estimates};
 use crate::error::BenchError;
 use crate::files::create_directory;
-use rodsweep::report::{AxisLabel, Colour, Curves, Marker, Panel, Series, Sheet, write_all};
+use rodsweep::draw::{AxisLabel, Colour, Curves, Marker, Panel, Series, Sheet, write_all};
 use std::path::{Path, PathBuf};
 
 /// Names of the figure's files.

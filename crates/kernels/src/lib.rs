@@ -1,9 +1,0 @@
-//! The part of the crate `rodsweep` that takes long to compile, so that an edit elsewhere need not wait for it: the
-//! [`model`], the one trait of all engines ([`backend`]), and the CPU engine ([`lanes`]).
-//!
-//! Use the crate `rodsweep`, which shows these modules under the same names.
-
-pub mod backend;
-pub mod clock;
-pub mod lanes;
-pub mod model;
