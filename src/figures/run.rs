@@ -210,6 +210,15 @@ fn branch_panels(spec: &SweepSpec, tips: &Table) -> Option<Vec<Curves>> {
     (!panels.is_empty()).then_some(panels)
 }
 
+/// A column's name as a figure says it; names of parameters stay.
+fn words(column: &str) -> String {
+    match column {
+        "stability.margin" => "stability margin".into(),
+        "error_estimate" | "load_fraction" | "derivative_error" => column.replace('_', " "),
+        _ => column.into(),
+    }
+}
+
 /// The tips that can be used; `None` where there are none.
 fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<Cloud>, RunFiguresError> {
     let Some(position) = tips.vector_columns("tip.position") else { return Ok(None) };
@@ -231,7 +240,7 @@ fn cloud(spec: &SweepSpec, tips: &Table, colour: Option<&str>) -> Result<Option<
     Ok(Some(Cloud {
         points: rows.iter().map(|row| position.map(|values| values.number(*row))).collect(),
         values: rows.iter().map(|row| column.values.number(*row)).collect(),
-        quantity: column.name.clone(),
+        quantity: words(&column.name),
         unit: column.unit.clone(),
         title: if spec.scene.name.is_empty() { "Tip positions".into() } else { spec.scene.name.clone() },
         map: None,
