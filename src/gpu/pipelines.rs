@@ -27,7 +27,7 @@ pub(super) enum Solver {
     Turns(wgpu::ComputePipeline),
 }
 
-/// See [`Stages`].
+/// See [`Solver::Stages`].
 pub(super) struct StagePipelines {
     pub anchored: Option<wgpu::ComputePipeline>,
     pub path: wgpu::ComputePipeline,
