@@ -1,4 +1,4 @@
-// What drives the intervals: unit tip forces, or the parameters of forward columns. crates/core/src/cpu/multiple_shooting/drives.rs
+// Drives of the intervals: unit tip forces, or the parameters of forward columns. crates/core/src/cpu/multiple_shooting/drives.rs
 
 // Changes of the force at the base by three parameters; unit tip forces carry their own.
 fn driving_forces() -> mat3x3<f32> {

@@ -1,4 +1,4 @@
-//! Figures of results: what studies and runs have found, drawn with [`report`](crate::draw).
+//! Figures of results: what studies and runs have found, drawn with [`draw`](crate::draw).
 //!
 //! Drawings of a study take what it gives and are a [`Figure`](crate::draw::Figure).
 

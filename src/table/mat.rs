@@ -5,7 +5,7 @@
 
 use super::TableError;
 use super::error::damaged;
-use super::npy::{NumberArray, last_fastest};
+use super::npy::{NumberArray, last_fastest, numbers_of};
 use flate2::read::ZlibDecoder;
 use std::io::{Read, Result as IoResult};
 
@@ -53,14 +53,14 @@ pub fn read_arrays(bytes: &[u8], names: &[&str], most: u64) -> Result<Vec<Number
     Ok(found.into_iter().map(|(_, array)| array).collect())
 }
 
-/// What stands before the numbers of a matrix.
+/// Name, shape and kind of a matrix: its head.
 struct Head {
     name: String,
     shape: Vec<usize>,
     is_complex: bool,
 }
 
-/// Calls for every matrix of numbers, with what follows its name.
+/// Calls `tell` for every matrix of numbers, with its head and the data after it.
 fn each_matrix(
     bytes: &[u8],
     mut tell: impl FnMut(Head, &mut dyn Read) -> Result<(), TableError>,
@@ -89,8 +89,8 @@ fn each_matrix(
             MATRIX => matrix(&mut &data[..], &mut tell)?,
             COMPRESSED => {
                 let mut inflated = ZlibDecoder::new(data);
-                let (kind, _) = tag_of(&mut inflated).map_err(|error| damaged(FORMAT, error))?;
-                if kind == MATRIX {
+                let tag = tag_of(&mut inflated).map_err(|error| damaged(FORMAT, error))?;
+                if word(&tag, 0) == MATRIX {
                     matrix(&mut inflated, &mut tell)?;
                 }
             }
@@ -103,7 +103,7 @@ fn each_matrix(
     Ok(())
 }
 
-/// Reads what stands before the numbers.
+/// Reads the head of a matrix, and hands it on with the data after it if these are numbers.
 fn matrix(
     data: &mut dyn Read,
     tell: &mut impl FnMut(Head, &mut dyn Read) -> Result<(), TableError>,
@@ -139,35 +139,31 @@ fn numbers(head: Head, data: &mut dyn Read, most: u64) -> Result<NumberArray, Ta
 
 /// Numbers of a kind of data, whatever the class of their array: `save` writes small whole numbers in few bytes.
 fn values(kind: u32, bytes: &[u8]) -> Option<Vec<f64>> {
-    fn all<const N: usize>(bytes: &[u8], of: impl Fn([u8; N]) -> f64) -> Vec<f64> {
-        bytes.as_chunks().0.iter().map(|bytes| of(*bytes)).collect()
-    }
     Some(match kind {
-        1 => all(bytes, |[byte]| f64::from(byte as i8)),
-        2 => all(bytes, |[byte]| f64::from(byte)),
-        3 => all(bytes, |bytes| f64::from(i16::from_le_bytes(bytes))),
-        4 => all(bytes, |bytes| f64::from(u16::from_le_bytes(bytes))),
-        5 => all(bytes, |bytes| f64::from(i32::from_le_bytes(bytes))),
-        6 => all(bytes, |bytes| f64::from(u32::from_le_bytes(bytes))),
-        7 => all(bytes, |bytes| f64::from(f32::from_le_bytes(bytes))),
-        9 => all(bytes, f64::from_le_bytes),
-        12 => all(bytes, |bytes| i64::from_le_bytes(bytes) as f64),
-        13 => all(bytes, |bytes| u64::from_le_bytes(bytes) as f64),
+        1 => numbers_of(bytes, |[byte]| f64::from(byte as i8)),
+        2 => numbers_of(bytes, |[byte]| f64::from(byte)),
+        3 => numbers_of(bytes, |bytes| f64::from(i16::from_le_bytes(bytes))),
+        4 => numbers_of(bytes, |bytes| f64::from(u16::from_le_bytes(bytes))),
+        5 => numbers_of(bytes, |bytes| f64::from(i32::from_le_bytes(bytes))),
+        6 => numbers_of(bytes, |bytes| f64::from(u32::from_le_bytes(bytes))),
+        7 => numbers_of(bytes, |bytes| f64::from(f32::from_le_bytes(bytes))),
+        9 => numbers_of(bytes, f64::from_le_bytes),
+        12 => numbers_of(bytes, |bytes| i64::from_le_bytes(bytes) as f64),
+        13 => numbers_of(bytes, |bytes| u64::from_le_bytes(bytes) as f64),
         _ => return None,
     })
 }
 
-/// Kind and size of an element whose tag is whole.
-fn tag_of(data: &mut dyn Read) -> IoResult<(u32, u32)> {
+/// The next tag: kind and size, or kind, size and data of a small element.
+fn tag_of(data: &mut dyn Read) -> IoResult<[u8; 8]> {
     let mut tag = [0; 8];
     data.read_exact(&mut tag)?;
-    Ok((word(&tag, 0), word(&tag, 4)))
+    Ok(tag)
 }
 
 /// Kind and data of an element of at most so many bytes. A small one stands in its tag.
 fn element(data: &mut dyn Read, most: u64) -> IoResult<(u32, Vec<u8>)> {
-    let mut tag = [0; 8];
-    data.read_exact(&mut tag)?;
+    let tag = tag_of(data)?;
     let first = word(&tag, 0);
     let (kind, small) = (first & 0xffff, (first >> 16) as usize);
     if small > 0 {

@@ -97,7 +97,7 @@ fn parse(name: &str, bytes: &[u8]) -> Option<NumberArray> {
     Some(NumberArray { name: name.into(), shape, values })
 }
 
-fn numbers_of<const WIDTH: usize>(data: &[u8], of: impl Fn([u8; WIDTH]) -> f64) -> Vec<f64> {
+pub(super) fn numbers_of<const WIDTH: usize>(data: &[u8], of: impl Fn([u8; WIDTH]) -> f64) -> Vec<f64> {
     data.as_chunks().0.iter().map(|bytes| of(*bytes)).collect()
 }
 

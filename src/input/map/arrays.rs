@@ -27,7 +27,7 @@ fn of_array(name: &str) -> Option<(&'static str, bool)> {
     }
 }
 
-/// What holds the arrays.
+/// Format of a file of arrays, and the bytes of one that is read from memory.
 pub(super) enum File<'a> {
     Npz,
     Matlab(&'a [u8]),
@@ -90,18 +90,15 @@ pub(super) fn read(path: &Path, factors: &Factors, file: &File) -> Result<Sample
         }
         all.push(Array { means, own });
     }
+    if let File::Matlab(_) = file {
+        turn_meshgrid(path, &mut all)?;
+    }
     let found = |means: &str| all.iter().find(|array| array.means == means).map(|array| &array.own);
     let axes = PLACES.map(found);
     if let [Some(x), Some(y), Some(z)] = axes {
         let by_axes = [x, y, z].iter().all(|axis| axis.shape.len() == 1);
         let has_grid = |array: &Array| !PLACES.contains(&array.means) && array.own.shape.len() >= 3;
         if by_axes && all.iter().any(has_grid) {
-            let counts = [x, y, z].map(|axis| axis.values.len());
-            if matches!(file, File::Matlab(_)) {
-                turn_meshgrid(path, counts, all.iter_mut().filter(|array| !PLACES.contains(&array.means)))?;
-            }
-            let found = |means: &str| all.iter().find(|array| array.means == means).map(|array| &array.own);
-            let [Some(x), Some(y), Some(z)] = PLACES.map(found) else { unreachable!("found above") };
             return of_grid(path, [x, y, z], &found, &there);
         }
     }
@@ -163,15 +160,18 @@ fn in_three(array: &NumberArray) -> Option<[Vec<f64>; 3]> {
     }
 }
 
-/// Turns arrays with the indices y, x, z, as MATLAB's `meshgrid` has them, to x, y, z. Where there are as many places along x as along y,
-/// nothing tells the two ways apart.
-fn turn_meshgrid<'a>(
-    path: &Path,
-    [nx, ny, _]: [usize; 3],
-    arrays: impl Iterator<Item = &'a mut Array>,
-) -> Result<(), InputError> {
-    for Array { own, .. } in arrays {
+/// Turns arrays with the indices y, x, z, as MATLAB's `meshgrid` has them, to x, y, z, beside places along each axis. Where there are as
+/// many places along x as along y, nothing tells the two ways apart.
+fn turn_meshgrid(path: &Path, all: &mut [Array]) -> Result<(), InputError> {
+    let axis = |means: &str| all.iter().find(|array| array.means == means && array.own.shape.len() == 1);
+    let [Some(nx), Some(ny), Some(_)] = PLACES.map(|means| axis(means).map(|axis| axis.own.values.len())) else {
+        return Ok(());
+    };
+    for Array { own, .. } in all {
         let [a, b, rest @ ..] = &own.shape[..] else { continue };
+        if rest.is_empty() {
+            continue;
+        }
         if nx == ny && [*a, *b] == [nx, ny] {
             let words = "may have the indices x, y or y, x, since both have as many places: save an array of each node's \
                          coordinates, [x, y, z] = ndgrid(x, y, z) or meshgrid(x, y, z), in place of the places along each axis";

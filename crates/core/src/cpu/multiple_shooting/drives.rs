@@ -1,4 +1,4 @@
-//! What drives the intervals: unit tip forces, or the parameters of forward columns.
+//! Drives of the intervals: unit tip forces, or the parameters of forward columns.
 
 use crate::cpu::algebra::Mat3;
 use crate::cpu::rod::problem::Workspace;

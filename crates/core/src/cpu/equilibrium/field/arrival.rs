@@ -1,4 +1,4 @@
-//! How samples in a varying field are led, where their paths end, and the numbers in which it is kept until its rod is answered.
+//! How samples in a varying field are led, where their paths end, and the numbers that keep an end until its rod is answered.
 
 use crate::cpu::algebra::Vec3;
 use crate::cpu::rod::field::matrix::Mat6;
