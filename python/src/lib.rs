@@ -24,6 +24,7 @@ use pyo3::prelude::*;
 /// The module `rodsweep._rodsweep`.
 #[pymodule]
 fn _rodsweep(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    rodsweep_stores::install();
     module.add("__version__", rodsweep::VERSION)?;
     module.add("STATUSES", rodsweep::model::Status::ALL.map(|status| status.name()).to_vec())?;
     module.add_class::<scene::NativeScene>()?;

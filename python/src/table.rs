@@ -29,13 +29,13 @@ pub struct Table {
 impl Table {
     /// Takes over the columns.
     pub fn new(rows: Rows) -> Result<Table, Failure> {
-        let batch = rows.into_record_batch().map_err(|error| Failure::new(Kind::Other, error))?;
+        let batch = rodsweep_arrow::record_batch(rows).map_err(|error| Failure::new(Kind::Other, error))?;
         Ok(Table { batch })
     }
 
     /// The library's own form of it.
     pub fn rows(&self) -> Result<Rows, Failure> {
-        Rows::from_record_batch(&self.batch).map_err(|error| Failure::new(Kind::Other, error))
+        rodsweep_arrow::table(&self.batch).map_err(|error| Failure::new(Kind::Other, error))
     }
 
     fn place(&self, name: &str) -> Result<usize, Failure> {

@@ -37,7 +37,7 @@ pub use outcome::{
 pub use parts::{make_directory, read_mark, verdict_metadata, write_bytes, write_table};
 pub use read::{DirectoryStatus, Results, read_parquet_table};
 pub use reduce::{MAX_TIPS, Reduction};
-pub use store::{Entry, Store, is_place, is_url, store_at};
+pub use store::{Entry, OpenStore, Store, install_object_stores, is_place, is_url, store_at};
 pub use verdict::{Doubt, DoubtKind, InputRange, Verdict};
 pub use verdict_text::Solved;
 pub use workers::{SILENCE, Worker, WorkerReport};

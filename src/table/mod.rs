@@ -12,8 +12,6 @@ pub mod npy;
 pub mod npz;
 pub mod parquet;
 pub mod ply;
-#[cfg(feature = "arrow")]
-mod record_batch;
 mod triangles;
 mod values;
 pub mod vtk;

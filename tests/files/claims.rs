@@ -15,8 +15,7 @@ use tempfile::TempDir;
 const SILENCE: Duration = Duration::from_millis(1500);
 
 fn places(name: &str, dir: &TempDir) -> Vec<PathBuf> {
-    let memory = cfg!(feature = "stores").then(|| format!("memory://claims/{name}").into());
-    std::iter::once(dir.path().join("run")).chain(memory).collect()
+    std::iter::once(dir.path().join("run")).chain(crate::in_memory(&format!("claims/{name}"))).collect()
 }
 
 fn spec(format: &str) -> SweepSpec {
@@ -25,7 +24,7 @@ fn spec(format: &str) -> SweepSpec {
          [[axis]]\nparameter = \"coil.current.x\"\nfrom = \"-0.3 A\"\nto = \"0.3 A\"\n\
          [output]\nquantities = [\"tip_position\"]\nderivatives = []\nformat = \"{format}\"\n"
     );
-    SweepSpec::parse(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/claims.toml"), &text).expect("a sweep")
+    SweepSpec::parse(&crate::root().join("sweeps/claims.toml"), &text).expect("a sweep")
 }
 
 fn job<'a>(format: &str) -> SweepJob<'a> {
@@ -219,8 +218,9 @@ fn of_two_first_workers_the_later_takes_the_method_of_the_other() {
 
 #[test]
 fn no_clock_of_a_machine_is_asked_for_the_time() {
-    for file in ["claims", "workers", "store/mod", "store/local", "store/objects"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/results/{file}.rs"));
+    let results = ["claims", "workers", "store/mod", "store/local"].map(|file| format!("src/results/{file}.rs"));
+    for file in results.into_iter().chain(["crates/stores/src/objects.rs".into()]) {
+        let path = crate::root().join(&file);
         let text = std::fs::read_to_string(path).expect("a file");
         assert!(text.len() > 2000 && !text.contains("SystemTime::now") && !text.contains("Utc::now"), "{file}");
     }

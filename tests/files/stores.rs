@@ -11,13 +11,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// Empty places: a directory, its address, and memory where the library has object stores.
+/// Empty places: a directory, its address, and memory where there are object stores.
 fn places(name: &str, dir: &TempDir) -> Vec<PathBuf> {
     let mut places = vec![dir.path().join("plain")];
     places.push(format!("file://{}", dir.path().join("address").display()).into());
-    if cfg!(feature = "stores") {
-        places.push(format!("memory://{name}/some/prefix").into());
-    }
+    places.extend(crate::in_memory(&format!("{name}/some/prefix")));
     places
 }
 
@@ -119,11 +117,8 @@ fn an_address_that_is_not_understood_is_refused() {
         other => panic!("{url}: {other:?}"),
     };
     refused("file://results", "a path starts with a slash");
-    if cfg!(feature = "stores") {
-        refused("ftp://host/results", "known are s3://");
-        refused("s3:///results", "name a bucket");
-    } else {
-        refused("s3://bucket/results", "the feature `stores`");
+    if crate::in_memory("known").is_none() {
+        refused("s3://bucket/results", "--features stores");
     }
 }
 
@@ -135,7 +130,7 @@ fn spec(format: &str) -> SweepSpec {
          [output]\nquantities = [\"tip_position\", \"stability\", \"error_estimate\"]\n\
          derivatives = [\"coil.current\"]\nformat = \"{format}\"\n[workspace]\nvoxel = \"4 mm\"\n"
     );
-    SweepSpec::parse(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/stores.toml"), &text).expect("a sweep")
+    SweepSpec::parse(&crate::root().join("sweeps/stores.toml"), &text).expect("a sweep")
 }
 
 fn job<'a>(format: &str) -> SweepJob<'a> {
@@ -255,7 +250,7 @@ fn a_sweep_over_a_table_and_its_study_lie_in_every_store() {
     let table =
         "coil.current.x,coil.current.y\n0.1,0\n0.2,0.05\n-0.1,0.1\n0,0.2\n0.05,-0.2\n0.15,0.1\n0.2,0.2\n-0.2,0\n";
     std::fs::write(dir.path().join("values.csv"), table).expect("a file");
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/scenes/p6.toml");
+    let scene = crate::root().join("sweeps/scenes/p6.toml");
     let text = format!(
         "scene = {scene:?}\n[sampling]\nmethod = \"table\"\nfile = \"values.csv\"\n[output]\n\
          quantities = [\"tip_position\"]\nderivatives = [\"coil.current\"]\n"

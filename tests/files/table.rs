@@ -156,16 +156,3 @@ fn rows_are_selected_and_appended() {
 fn columns_of_one_table_are_of_equal_length() {
     let _ = Table::new(vec![Column::new("a", "", vec![1.0]), Column::new("b", "", vec![1.0, 2.0])]);
 }
-
-#[cfg(feature = "arrow")]
-#[test]
-fn a_record_batch_holds_the_table() {
-    use arrow_array::cast::AsArray;
-    use arrow_array::{Array, types::UInt64Type};
-    let batch = table().to_record_batch().unwrap();
-    assert_eq!((batch.num_rows(), batch.num_columns()), (4, 8));
-    assert_eq!(batch.schema().field(4).metadata()["unit"], "m/(N·m²)");
-    assert_eq!(batch.column(0).as_primitive::<UInt64Type>().value(3), u64::MAX);
-    assert_eq!((batch.column(3).null_count(), batch.column(5).null_count(), batch.column(6).null_count()), (2, 2, 0));
-    assert_eq!(batch.column(2).as_string::<i32>().value(1), "step-limit");
-}

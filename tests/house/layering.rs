@@ -5,7 +5,7 @@ use std::fs;
 /// What each room may name, besides itself; from the bottom up, so that nothing names what stands above it.
 ///
 /// The engines `reference`, `cpu` and `gpu` are blind to each other: a shared mistake would cancel itself.
-const ROOMS: [(&str, &[&str]); 22] = [
+const ROOMS: [(&str, &[&str]); 24] = [
     ("clock", &[]),
     ("model", &["clock"]),
     ("backend", &["model"]),
@@ -40,6 +40,8 @@ const ROOMS: [(&str, &[&str]); 22] = [
         ],
     ),
     ("figures", &["model", "reference", "draw", "table", "spec", "results", "study"]),
+    ("arrow", &["model", "table"]),
+    ("stores", &["results"]),
     ("bench", &["*"]),
     (
         "view",
@@ -84,13 +86,13 @@ const OWNERS: [(&str, &[&str]); 30] = [
     ("parquet", &["src/table/"]),
     ("bytes", &["src/table/"]),
     ("zstd", &["src/table/"]),
-    ("object_store", &["src/results/store/"]),
-    ("tokio", &["src/results/store/", "crates/view/src/server/"]),
+    ("arrow_array", &["crates/arrow/src/", "python/src/"]),
+    ("object_store", &["crates/stores/src/"]),
+    ("tokio", &["crates/stores/src/", "crates/view/src/server/"]),
     ("flatbuffers", &["src/table/"]),
     ("foldhash", &["src/results/reduce.rs"]),
     ("flate2", &["src/table/", "crates/view/src/export/"]),
     ("hyper", &["crates/view/src/server/"]),
-    ("arrow_ipc", &["crates/view/src/ipc.rs"]),
     ("getrandom", &["crates/view/src/server/", "crates/view/src/error.rs"]),
     ("zip", &["src/table/"]),
     ("toml_edit", &["src/input/"]),

@@ -9,8 +9,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of sources.
-const FOLDERS: [&str; 7] =
-    ["src", "shaders", "crates/core/src", "crates/bench/src", "crates/view/src", "crates/cli/src", "python/src"];
+const FOLDERS: [&str; 9] = [
+    "src",
+    "shaders",
+    "crates/core/src",
+    "crates/arrow/src",
+    "crates/stores/src",
+    "crates/bench/src",
+    "crates/view/src",
+    "crates/cli/src",
+    "python/src",
+];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

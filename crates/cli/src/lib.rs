@@ -136,6 +136,8 @@ impl CommandError {
 ///
 /// It belongs into a process of its own: it starts the threads of the engines, and listens for Ctrl-C.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    #[cfg(feature = "stores")]
+    rodsweep_stores::install();
     signals::outlive_file_limits();
     option_env!("RODSWEEP_COMMIT").into_iter().for_each(rodsweep::set_commit);
     let arguments = match help::parse(arguments) {

@@ -32,7 +32,7 @@ pub struct Answer {
 }
 
 const JSON: &str = "application/json";
-const ARROW: &str = "application/vnd.apache.arrow.stream";
+const COLUMNS: &str = "application/octet-stream";
 
 /// Answers a request; a refusal is an answer, too.
 pub fn answer(view: &View, request: &Request) -> Answer {
@@ -53,14 +53,14 @@ fn get(view: &View, request: &Request) -> Result<Answer, Refusal> {
         "api/view" => Ok(of_json(&view.describe(true)?)),
         "api/points" => {
             let names = query.list("columns");
-            Ok(of(ARROW, map(view)?.points(&names, query.number("from")?, query.number("count")?)?))
+            Ok(of(COLUMNS, map(view)?.points(&names, query.number("from")?, query.number("count")?)?))
         }
         "api/column" => Ok(of_json(&map(view)?.column(query.text("name")?)?)),
         "api/row" => Ok(of_json(&map(view)?.row(query.number("row")? as u64)?)),
-        "api/voxels" => Ok(of(ARROW, map(view)?.voxels(query.text("column")?)?)),
+        "api/voxels" => Ok(of(COLUMNS, map(view)?.voxels(query.text("column")?)?)),
         "api/voxels/column" => Ok(of_json(&map(view)?.voxel_column(query.text("name")?)?)),
-        "api/surface/points" => Ok(of(ARROW, surface(view)?.points_stream()?)),
-        "api/surface/triangles" => Ok(of(ARROW, surface(view)?.triangles_stream()?)),
+        "api/surface/points" => Ok(of(COLUMNS, surface(view)?.point_columns()?)),
+        "api/surface/triangles" => Ok(of(COLUMNS, surface(view)?.triangle_columns()?)),
         path => match path.strip_prefix("stills/") {
             Some(name) => Ok(of("image/png", view.stills().read(name, view.scene())?)),
             None => Err(Refusal::absent("no such page")),

@@ -16,10 +16,10 @@
 
 mod api;
 mod browser;
+mod columns;
 mod drag;
 mod error;
 mod export;
-mod ipc;
 mod lines;
 mod map;
 mod page;

@@ -1,7 +1,7 @@
 //! The map of a result directory: points by column, statistics of a column, a row, and what a workspace left beside it.
 
+use crate::columns::{WireColumn, WireValues, typed_columns};
 use crate::error::{Refusal, ViewError};
-use crate::ipc::{WireColumn, WireValues, stream};
 use crate::rows::{Rows, kind};
 use crate::surface::Surface;
 use rodsweep::draw::{ColourMap, ColourRange};
@@ -121,7 +121,7 @@ impl ResultMap {
             };
             Ok(WireColumn { name: name.clone(), unit: self.unit(name), values })
         };
-        stream(names.iter().map(column).collect::<Result<_, Refusal>>()?)
+        typed_columns(&names.iter().map(column).collect::<Result<Vec<_>, Refusal>>()?)
     }
 
     fn unit(&self, name: &str) -> String {
@@ -185,7 +185,7 @@ impl ResultMap {
             let values = (0..table.row_count()).map(|row| column.values.number(row) as f32).collect();
             columns.push(WireColumn::single(name, &column.unit, values));
         }
-        stream(columns)
+        typed_columns(&columns)
     }
 }
 

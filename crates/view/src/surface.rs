@@ -1,7 +1,7 @@
 //! The boundary of a workspace, read from the `boundary.ply` that `rodsweep workspace` wrote.
 
+use crate::columns::{WireColumn, typed_columns};
 use crate::error::Refusal;
-use crate::ipc::{WireColumn, stream};
 
 /// More than any workspace has.
 const MOST: usize = 20_000_000;
@@ -73,24 +73,25 @@ impl Surface {
         &self.corners
     }
 
-    /// Its points as a stream.
+    /// Its points as typed columns.
     ///
     /// # Errors
     ///
-    /// As [`stream`].
-    pub fn points_stream(&self) -> Result<Vec<u8>, Refusal> {
+    /// As [`typed_columns`].
+    pub fn point_columns(&self) -> Result<Vec<u8>, Refusal> {
         let column = |(name, values): &(String, Vec<f32>)| WireColumn::single(name, "", values.clone());
-        stream(self.columns.iter().filter(|(name, _)| ["x", "y", "z"].contains(&name.as_str())).map(column).collect())
+        let places = self.columns.iter().filter(|(name, _)| ["x", "y", "z"].contains(&name.as_str()));
+        typed_columns(&places.map(column).collect::<Vec<_>>())
     }
 
-    /// Its triangles as a stream of the columns `a`, `b`, `c`.
+    /// Its triangles as the columns `a`, `b`, `c`.
     ///
     /// # Errors
     ///
-    /// As [`stream`].
-    pub fn triangles_stream(&self) -> Result<Vec<u8>, Refusal> {
+    /// As [`typed_columns`].
+    pub fn triangle_columns(&self) -> Result<Vec<u8>, Refusal> {
         let columns = ["a", "b", "c"].into_iter().zip(&self.corners);
-        stream(columns.map(|(name, values)| WireColumn::index(name, values.clone())).collect())
+        typed_columns(&columns.map(|(name, values)| WireColumn::index(name, values.clone())).collect::<Vec<_>>())
     }
 }
 

@@ -3,10 +3,6 @@
 //! A name is that of a file, with at most one folder before it (`claims/0000000003-0`).
 
 mod local;
-#[cfg(feature = "stores")]
-mod objects;
-#[cfg(feature = "stores")]
-mod profile;
 
 use super::error::ResultsError;
 use local::Local;
@@ -15,7 +11,7 @@ use std::fmt;
 use std::hash::{BuildHasher, RandomState};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
 
 /// Whole files by name. A reader never sees half of one.
@@ -134,8 +130,7 @@ pub fn is_place(path: &Path) -> bool {
     is_url(path) || path.is_dir()
 }
 
-/// The store of a directory or an address: `s3://`, `gs://`, `az://` (with the feature `stores`), `file://`, and for
-/// tests `memory://`.
+/// The store of a directory or an address: `file://`, and of an object store, such as `s3://`, after [`install_object_stores`].
 ///
 /// # Errors
 ///
@@ -166,15 +161,23 @@ fn known_store(place: &Path, url: &str) -> Result<Arc<dyn Store>, ResultsError> 
     Ok(store)
 }
 
-#[cfg(feature = "stores")]
-fn far_store(place: &Path, url: &str) -> Result<Arc<dyn Store>, ResultsError> {
-    Ok(Arc::new(objects::Objects::open(place, url)?))
+/// Opens the store of an address: the place as it was given, and as text without a slash at its end.
+pub type OpenStore = fn(&Path, &str) -> Result<Arc<dyn Store>, ResultsError>;
+
+static OBJECT_STORES: OnceLock<OpenStore> = OnceLock::new();
+
+/// Makes object stores known to this process; the crate `rodsweep-stores` has them. The first to be installed stay.
+pub fn install_object_stores(open: OpenStore) {
+    let _ = OBJECT_STORES.set(open);
 }
 
-#[cfg(not(feature = "stores"))]
-fn far_store(place: &Path, _: &str) -> Result<Arc<dyn Store>, ResultsError> {
-    let reason = "this program was built without object stores (the feature `stores`)".into();
-    Err(ResultsError::Address { url: place.into(), reason })
+fn far_store(place: &Path, url: &str) -> Result<Arc<dyn Store>, ResultsError> {
+    let reason = "this program was built without object stores: build it with `cargo build --release -p rodsweep-cli \
+                  --features stores`, or take the wheel or a released program";
+    match OBJECT_STORES.get() {
+        Some(open) => open(place, url),
+        None => Err(ResultsError::Address { url: place.into(), reason: reason.into() }),
+    }
 }
 
 /// The store and the name of a single file.

@@ -1,6 +1,6 @@
 // Where numbers come from: the engine behind this page, or the page itself.
 
-import { readArrow } from "./arrow";
+import { readColumns } from "./columns";
 import { unpack, type Block } from "./unpack";
 import type { Branches, Description, DragAnswer, Numbers, RodAnswer, Row, Statistics, Values, Vector } from "./wire";
 
@@ -81,12 +81,12 @@ class Live implements Source {
   async points(columns: string[], take: (columns: Map<string, Numbers>, from: number) => void): Promise<void> {
     const names = columns.map((name) => `columns=${encodeURIComponent(name)}`).join("&");
     for (let from = 0; from < (this.description.map?.points ?? 0); from += SLICE) {
-      take(await this.arrow(`api/points?${names}&from=${from}&count=${SLICE}`), from);
+      take(await this.columns(`api/points?${names}&from=${from}&count=${SLICE}`), from);
     }
   }
 
-  private async arrow(path: string): Promise<Map<string, Numbers>> {
-    return readArrow(await (await answered(await fetch(path))).arrayBuffer());
+  private async columns(path: string): Promise<Map<string, Numbers>> {
+    return readColumns(await (await answered(await fetch(path))).arrayBuffer());
   }
 
   statistics(column: string): Promise<Statistics> {
@@ -99,14 +99,14 @@ class Live implements Source {
 
   async surface() {
     const [positions, corners] = await Promise.all([
-      this.arrow("api/surface/points"),
-      this.arrow("api/surface/triangles"),
+      this.columns("api/surface/points"),
+      this.columns("api/surface/triangles"),
     ]);
     return { positions, corners };
   }
 
   voxels(column: string): Promise<Map<string, Numbers>> {
-    return this.arrow(`api/voxels?column=${encodeURIComponent(column)}`);
+    return this.columns(`api/voxels?column=${encodeURIComponent(column)}`);
   }
 
   voxelStatistics(column: string): Promise<Statistics> {

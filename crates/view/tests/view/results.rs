@@ -28,25 +28,27 @@ pub fn directory() -> &'static Path {
     run.path()
 }
 
-/// Float32 columns of a stream, by name.
+/// Typed columns by name, read as `docs/view.md` tells.
 fn singles(bytes: &[u8]) -> Vec<(String, Vec<f64>)> {
-    use arrow_array::cast::AsArray;
-    use arrow_array::types::{Float32Type, UInt8Type, UInt32Type};
-    let mut found = Vec::new();
-    for batch in arrow_ipc::reader::StreamReader::try_new(bytes, None).expect("a stream") {
-        let batch = batch.expect("a batch");
-        for (field, column) in batch.schema().fields().iter().zip(batch.columns()) {
-            let numbers: Vec<f64> = if let Some(column) = column.as_primitive_opt::<Float32Type>() {
-                column.values().iter().map(|x| f64::from(*x)).collect()
-            } else if let Some(column) = column.as_primitive_opt::<UInt32Type>() {
-                column.values().iter().map(|x| f64::from(*x)).collect()
-            } else {
-                column.as_primitive::<UInt8Type>().values().iter().map(|x| f64::from(*x)).collect()
-            };
-            found.push((field.name().clone(), numbers));
-        }
-    }
-    found
+    let word = |at: usize| <[u8; 4]>::try_from(&bytes[at..at + 4]).expect("four bytes");
+    let mut at = 4 + u32::from_le_bytes(word(0)) as usize;
+    let head: serde_json::Value = serde_json::from_slice(&bytes[4..at]).expect("a head");
+    let rows = head["rows"].as_u64().expect("rows") as usize;
+    let mut column = |described: &serde_json::Value| {
+        let (from, name) = (at, described["name"].as_str().expect("a name").to_owned());
+        let width = if described["kind"] == "u8" { 1 } else { 4 };
+        at = (from + width * rows).next_multiple_of(4);
+        let value = |row: usize| match described["kind"].as_str() {
+            Some("f32") => f64::from(f32::from_le_bytes(word(from + 4 * row))),
+            Some("u32") => f64::from(u32::from_le_bytes(word(from + 4 * row))),
+            Some("u8") => f64::from(bytes[from + row]),
+            other => panic!("a column of kind {other:?}"),
+        };
+        (name, (0..rows).map(value).collect())
+    };
+    let columns = head["columns"].as_array().expect("columns").iter().map(&mut column).collect();
+    assert_eq!(at, bytes.len(), "nothing stands behind the last column");
+    columns
 }
 
 #[test]

@@ -3,9 +3,7 @@
 //! A request that fails on the way is made again after a while. A first write that answers "already there" may be our own,
 //! its first reply lost: what lies there is then compared.
 
-use super::profile::profile;
-use super::{Entry, Store};
-use crate::results::error::ResultsError;
+use crate::profile::profile;
 use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::azure::MicrosoftAzureBuilder;
 use object_store::gcp::GoogleCloudStorageBuilder;
@@ -14,6 +12,7 @@ use object_store::path::Path as Key;
 use object_store::{
     BackoffConfig, ClientOptions, Error, ObjectStore, ObjectStoreExt, PutMode, PutPayload, RetryConfig,
 };
+use rodsweep::results::{Entry, ResultsError, Store};
 use std::fmt;
 use std::future::Future;
 use std::ops::Range;

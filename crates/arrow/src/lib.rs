@@ -1,69 +1,55 @@
-//! Tables as Arrow record batches.
+//! Tables as Arrow record batches, and back.
 
-use super::{Column, Table, Values};
-use crate::model::Status;
 use arrow_array::types::ArrowPrimitiveType;
 use arrow_array::types::{Float32Type, Float64Type};
 use arrow_array::{Array, ArrayRef, BooleanArray, PrimitiveArray, RecordBatch, StringArray, UInt64Array};
 use arrow_buffer::{BooleanBuffer, NullBuffer};
-use arrow_schema::{ArrowError, DataType, Field, Schema};
+use arrow_schema::{ArrowError, Field, Schema};
+use rodsweep::model::Status;
+use rodsweep::table::{Column, Table, Values};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-impl Table {
-    /// The table as Arrow arrays, of the same kinds as in a Parquet file. Each field's metadata carries its `unit`.
-    ///
-    /// # Errors
-    /// If the columns differ in length.
-    pub fn to_record_batch(&self) -> Result<RecordBatch, ArrowError> {
-        self.clone().into_record_batch()
+/// A table as Arrow arrays, of the same kinds as in a Parquet file; its numbers are not copied. Each field's metadata carries its `unit`.
+/// Where a number is none, NaN stands below the null.
+///
+/// # Errors
+/// If the columns differ in length, or one is of a kind that Arrow has not.
+pub fn record_batch(table: Table) -> Result<RecordBatch, ArrowError> {
+    let (mut fields, mut arrays) = (Vec::new(), Vec::new());
+    for Column { name, unit, values } in table.columns {
+        let is_nullable = values.is_nullable();
+        let array = array(&name, values)?;
+        let unit = HashMap::from([("unit".to_owned(), unit)]);
+        fields.push(Field::new(name, array.data_type().clone(), is_nullable).with_metadata(unit));
+        arrays.push(array);
     }
-
-    /// The same without a copy of its numbers. Where a number is none, NaN stands below the null.
-    ///
-    /// # Errors
-    /// If the columns differ in length.
-    pub fn into_record_batch(self) -> Result<RecordBatch, ArrowError> {
-        let schema = Schema::new(self.columns.iter().map(field).collect::<Vec<Field>>());
-        let columns = self.columns.into_iter().map(|column| array(column.values)).collect();
-        RecordBatch::try_new(Arc::new(schema), columns)
-    }
-
-    /// The table of a batch that [`Table::into_record_batch`] made; numbers are copied.
-    ///
-    /// # Errors
-    /// A column of a kind that tables have not.
-    pub fn from_record_batch(batch: &RecordBatch) -> Result<Table, ArrowError> {
-        let schema = batch.schema();
-        let columns = schema.fields().iter().zip(batch.columns()).map(|(field, array)| {
-            let unit = field.metadata().get("unit").cloned().unwrap_or_default();
-            Ok(Column { name: field.name().clone(), unit, values: values(field.name(), array)? })
-        });
-        Ok(Table { columns: columns.collect::<Result<_, ArrowError>>()? })
-    }
+    RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays)
 }
 
-fn field(column: &Column) -> Field {
-    let kind = match column.values {
-        Values::Index(_) => DataType::UInt64,
-        Values::Double(_) => DataType::Float64,
-        Values::Single(_) => DataType::Float32,
-        Values::Status(_) | Values::Text(_) => DataType::Utf8,
-        Values::Flag(_) => DataType::Boolean,
-    };
-    let unit = HashMap::from([("unit".to_owned(), column.unit.clone())]);
-    Field::new(&column.name, kind, column.values.is_nullable()).with_metadata(unit)
+/// The table of a batch that [`record_batch`] made; numbers are copied.
+///
+/// # Errors
+/// A column of a kind that tables have not.
+pub fn table(batch: &RecordBatch) -> Result<Table, ArrowError> {
+    let schema = batch.schema();
+    let columns = schema.fields().iter().zip(batch.columns()).map(|(field, array)| {
+        let unit = field.metadata().get("unit").cloned().unwrap_or_default();
+        Ok(Column { name: field.name().clone(), unit, values: values(field.name(), array)? })
+    });
+    Ok(Table { columns: columns.collect::<Result<_, ArrowError>>()? })
 }
 
-fn array(values: Values) -> ArrayRef {
-    match values {
+fn array(name: &str, values: Values) -> Result<ArrayRef, ArrowError> {
+    Ok(match values {
         Values::Index(values) => Arc::new(UInt64Array::from(values)),
         Values::Double(values) => numbers::<Float64Type>(values, |x| x.is_nan()),
         Values::Single(values) => numbers::<Float32Type>(values, |x| x.is_nan()),
         Values::Status(values) => Arc::new(values.iter().map(|status| Some(status.name())).collect::<StringArray>()),
         Values::Text(values) => Arc::new(values.iter().map(Some).collect::<StringArray>()),
         Values::Flag(values) => Arc::new(values.into_iter().collect::<BooleanArray>()),
-    }
+        _ => return Err(ArrowError::SchemaError(format!("column `{name}` has no kind of Arrow's"))),
+    })
 }
 
 /// Numbers with nulls where there is none.
