@@ -15,6 +15,7 @@ pub enum Rung {
     LimpShooting,
     Curve,
     FieldCurve,
+    FieldFineCurve,
     GuardedSteps,
     FieldGuardedSteps,
     FieldFineSteps,
@@ -39,7 +40,7 @@ pub struct Course {
 
 impl Rung {
     /// Every rung, in the order in which samples meet them.
-    pub const ALL: [Rung; 12] = [
+    pub const ALL: [Rung; 13] = [
         Rung::Anchors,
         Rung::LoadSteps,
         Rung::FieldSteps,
@@ -48,6 +49,7 @@ impl Rung {
         Rung::LimpShooting,
         Rung::Curve,
         Rung::FieldCurve,
+        Rung::FieldFineCurve,
         Rung::GuardedSteps,
         Rung::FieldGuardedSteps,
         Rung::FieldFineSteps,
@@ -75,6 +77,9 @@ impl Rung {
             }
             Rung::Curve => ("curve of equilibria", "all that are left, but for rods of much growth", "`fold`"),
             Rung::FieldCurve => ("curve in a field", "all that are left, in f64", "`fold`, `ramped`"),
+            Rung::FieldFineCurve => {
+                ("curve in a field, with care", "all that are left, in f64, without a wall", "`fold`, `ramped`")
+            }
             Rung::GuardedSteps => ("guarded load steps", "all that are left", "`ramped`"),
             Rung::FieldGuardedSteps => {
                 ("guarded load steps in a field", "all that are left", "any but `not-converged`")
@@ -95,8 +100,8 @@ impl Course {
     /// The rungs of a batch, from the first.
     pub fn rungs(&self) -> &'static [Rung] {
         use Rung::{
-            Anchors, ComingWall, Curve, FieldCurve, FieldFineSteps, FieldGuardedSteps, FieldSteps, FreeTip,
-            GuardedSteps, LimpShooting, LoadSteps, MultipleShooting,
+            Anchors, ComingWall, Curve, FieldCurve, FieldFineCurve, FieldFineSteps, FieldGuardedSteps, FieldSteps,
+            FreeTip, GuardedSteps, LimpShooting, LoadSteps, MultipleShooting,
         };
         match *self {
             Course { wall: Some(WallKind { sticks: true, .. }), .. } => {
@@ -106,7 +111,9 @@ impl Course {
             Course { varying: true, searches: true, .. } => &[FieldGuardedSteps],
             // Margins do not tell there where the index changes: it is counted at every step.
             Course { varying: true, tip_moment: true, .. } => &[FieldGuardedSteps, FieldFineSteps],
-            Course { varying: true, .. } => &[FieldSteps, FieldCurve, FieldGuardedSteps, FieldFineSteps],
+            Course { varying: true, .. } => {
+                &[FieldSteps, FieldCurve, FieldFineCurve, FieldGuardedSteps, FieldFineSteps]
+            }
             Course { by_nodes: true, .. } => &[MultipleShooting],
             Course { anchors: true, tip_moment: true, .. } => {
                 &[Anchors, LoadSteps, LimpShooting, GuardedSteps, MultipleShooting]
@@ -126,7 +133,7 @@ pub fn is_left<S: Scalar>(rung: Rung, status: S) -> bool {
     }
     let settled = match rung {
         Rung::LimpShooting => return !is(Status::Ramped),
-        Rung::FieldCurve => return !(is(Status::Ramped) || is(Status::Fold)),
+        Rung::FieldCurve | Rung::FieldFineCurve => return !(is(Status::Ramped) || is(Status::Fold)),
         Rung::FieldGuardedSteps => return is(Status::NotConverged),
         Rung::Anchors | Rung::LoadSteps | Rung::Curve | Rung::FieldSteps | Rung::FreeTip | Rung::ComingWall => {
             Status::Pending

@@ -95,6 +95,8 @@ pub const CURVE_NEAR: f64 = 0.03;
 pub const CURVE_APPROACH: f64 = 0.75;
 /// While two tangents in a row have this cosine it has not.
 pub const CURVE_STRAIGHT: f64 = 0.99;
+/// A point is on top of a crossing where the determinant is below this share of the one at the last point.
+pub const CURVE_ON_TOP: f64 = 0.05;
 /// The smallest step along the curve (plan units of moment, radians of the tip and shares of the load) in single precision.
 pub const SMALLEST_ARC: f64 = 1.0 / 2048.0;
 /// The same in double precision.

@@ -102,7 +102,9 @@ impl Cpu {
                 // A single pass that may lose its digits sees no turn.
                 Rung::Curve => (left, others) = left.into_iter().partition(|at| !self.is_grown(batch, *at)),
                 // In single precision it does not tell there where the load turns.
-                Rung::FieldCurve if self.precision == Precision::F32 => std::mem::swap(&mut left, &mut others),
+                Rung::FieldCurve | Rung::FieldFineCurve if self.precision == Precision::F32 => {
+                    std::mem::swap(&mut left, &mut others)
+                }
                 Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve if self.free.is_some() => {
                     (left, others) = left.into_iter().partition(|at| solutions.status(*at).is_success());
                 }

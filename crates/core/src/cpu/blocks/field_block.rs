@@ -90,7 +90,7 @@ impl<L: Kernels> Block<'_, L> {
         match led {
             Led::Before => pack(ends, samples, L::COUNT, &mut tools.start),
             Led::Free | Led::FreeCurve => pack(self.free, samples, L::COUNT, &mut tools.start),
-            Led::Curve | Led::Ramp(_) => {}
+            Led::Curve { .. } | Led::Ramp(_) => {}
         }
         L::in_varying(InVarying { program: self.program, token: self.token, led, varying, tools, out });
     }

@@ -93,12 +93,12 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                     let inverse = varying.matrix.solve(&Mat6::identity(base.0.x.constant(1.0)));
                     VaryingPath { inverse, ..VaryingPath::under_full_load(base, from.column(token, FREE_PASSES_AT)) }
                 }
-                Led::Curve if L::Scalar::SHARP => {
+                Led::Curve { careful } if L::Scalar::SHARP => {
                     let rest = set_out(&problem, varying);
-                    follow_bordered(&problem, &rest, varying)
+                    follow_bordered(&problem, careful, &rest, varying)
                 }
                 // In single precision no curve is followed.
-                Led::FreeCurve | Led::Curve | Led::Ramp(_) => {
+                Led::FreeCurve | Led::Curve { .. } | Led::Ramp(_) => {
                     let grid = if let Led::Ramp(grid) = led { grid } else { &program.careful };
                     let rest = set_out(&problem, varying);
                     follow_varying(&problem, Some(grid), &rest, varying)

@@ -7,8 +7,9 @@ use super::turn::Turn;
 use crate::cpu::rod::stability::is_above;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
-    CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_APPROACH, CURVE_COSINE, CURVE_LIMIT, CURVE_NEAR, CURVE_SAG,
-    CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC, SMALLEST_SHARP_ARC, TRUST,
+    CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_APPROACH, CURVE_COSINE, CURVE_LIMIT, CURVE_NEAR,
+    CURVE_ON_TOP, CURVE_SAG, CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC,
+    SMALLEST_SHARP_ARC, TRUST,
 };
 
 /// Farther than any curve goes.
@@ -112,13 +113,17 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         ahead = L::select(accept, estimate, ahead);
         ahead = L::select(crossed, arc * last_whole / (last_whole - seen.whole), ahead);
         last_whole = L::select(accept, seen.whole, last_whole);
-        let near = (ahead * one.constant(CURVE_APPROACH)).max(smallest + smallest);
+        // On top of the crossing nothing is told: the last step goes over it.
+        let (approach, least) = (ahead * one.constant(CURVE_APPROACH), smallest + smallest);
+        let near = L::select(least.lt(approach), approach, ahead + least);
         step = L::select(accept | crossed, L::select(crossed, near, step.min(near)), step);
         // Nothing bends the curve aside within the smallest step: it crosses another, and loses its stability. C6
-        let pinned = crossed & !(smallest * one.constant(3.0)).lt(arc);
-        // Beyond it a tangent may be told backwards.
+        let pinned = crossed & !(smallest * one.constant(5.0)).lt(arc);
+        // Beyond it a tangent may be told backwards, and on top of it round-off tells one.
         let straight = one.constant(CURVE_STRAIGHT).lt(cosine.abs()) & zero.lt(after * cosine);
-        let straight = straight & size.lt(arc * one.constant(CURVE_NEAR));
+        let on_top = seen.whole.abs().lt(last_whole * one.constant(CURVE_ON_TOP));
+        let leads_on = (arc * one.constant(CURVE_STRAIGHT)).lt(E::product(&metric, way, tangent));
+        let straight = (straight | (on_top & leads_on)) & size.lt(arc * one.constant(CURVE_NEAR));
         turn.crossing = turn.crossing | if sharp { pinned & straight } else { one.lt(zero) };
         failed = failed | lost | (reject & !smallest.lt(step)) | pinned;
 

@@ -140,10 +140,12 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         let (finer, round_off) = equations.check(at);
         let lambda = at.lambda() - rise + finer;
         let error = finer.abs() + moved + round_off;
-        // The finer grid has moved it by less than the step in which it was seen.
+        let least = error * one.constant(TURN_EVIDENCE);
+        let side = self.side(least);
+        // The finer grid has moved it by less than lies between the points that show it.
         let way = at.plus(-one, self.trial);
-        let is_near = E::product(&metric, way, way).lt(self.arc * self.arc);
-        let falls = self.falls(equations, (at, tangent), &metric, error * one.constant(TURN_EVIDENCE));
+        let is_near = E::product(&metric, way, way).lt(side * side * one.constant(4.0));
+        let falls = self.falls(equations, (at, tangent), &metric, (side, least));
         let found = self.found & is_near & falls & lambda.lt(one) & error.lt(one.constant(FOLD_EVIDENCE));
         end.fold = end.fold & found;
         end.at = P::select(found, at.with_lambda(lambda), end.at);
@@ -192,7 +194,14 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         end.load_error = L::select(found, error, end.load_error);
     }
 
-    /// Whether half a step before a turn and behind it the load is less by this at least, on the fine grid. A curve that only comes
+    /// How far before a turn and behind it the load is looked at: half a step, or where it should have fallen by twice what counts.
+    #[inline(always)]
+    fn side(&self, least: L) -> L {
+        let one = self.arc.constant(1.0);
+        (self.arc * one.constant(0.5)).max((least * one.constant(4.0) / self.bend.abs()).sqrt())
+    }
+
+    /// Whether so far before a turn and behind it the load is less by the least that counts, on the fine grid. A curve that only comes
     /// near a turn has one on a coarse grid, and hardly falls behind it.
     #[inline(always)]
     fn falls<E: Equations<L, Point = P>>(
@@ -200,13 +209,13 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         equations: &mut E,
         (top, tangent): (P, P),
         metric: &E::Metric,
-        least: L,
+        (side, least): (L, L),
     ) -> L::Mask {
         let zero = self.arc.constant(0.0);
         let one = zero.constant(1.0);
         let mut falls = self.found;
-        for side in [-0.5, 0.5] {
-            let along = self.arc * one.constant(side);
+        for sign in [-1.0, 1.0] {
+            let along = side * one.constant(sign);
             let row = E::row(metric, tangent);
             let ahead = top.plus(along, tangent);
             let mut at = ahead.with_lambda(ahead.lambda() + along * along * self.bend * one.constant(0.5));
@@ -220,8 +229,8 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
                 size = seen.size;
                 slope = seen.tangent.lambda();
             }
-            falls = falls & size.lt(self.arc * one.constant(CURVE_NEAR));
-            falls = falls & (slope * one.constant(side)).lt(zero) & at.lambda().lt(top.lambda() - least);
+            falls = falls & size.lt(side * one.constant(2.0 * CURVE_NEAR));
+            falls = falls & (slope * one.constant(sign)).lt(zero) & at.lambda().lt(top.lambda() - least);
         }
         falls
     }

@@ -2,7 +2,7 @@
 
 use super::columns::{By, Columns, column_force, column_moment};
 use super::program::Collect;
-use super::section::to_world;
+use super::section::{alike, to_world};
 use super::segments::{Crossing, State, world_dipole};
 use super::source::Source;
 use super::step::{ColumnSlope, STAGES, Stages, Step};
@@ -29,7 +29,9 @@ pub fn compliance_times<L: Lane>(
 /// R diag(k) R^T x, any k.
 #[inline(always)]
 pub fn principal_times<L: Lane>(k: Vec3<L>, d1: Vec3<L>, d2: Vec3<L>, t: Vec3<L>, x: Vec3<L>) -> Vec3<L> {
-    axpy(dot(d1, x) * k.x, d1, axpy(dot(d2, x) * k.y, d2, t * (dot(t, x) * k.z)))
+    let both = alike(k);
+    let along = t * (dot(t, x) * (k.z - both));
+    axpy(both, x, axpy(dot(d1, x) * (k.x - both), d1, axpy(dot(d2, x) * (k.y - both), d2, along)))
 }
 
 /// Takes three columns over one step whose stages are known, one after the other, or side by side in the place of the

@@ -122,14 +122,22 @@ pub fn curvature<L: Lane>(
 ) -> Vec3<L> {
     let (u_star, k) = (section.u_star, section.compliance);
     if terms.anisotropic() {
-        let ux = k.x.mul_add(dot(d1, m), u_star.x);
-        let uy = k.y.mul_add(dot(d2, m), u_star.y);
-        let uz = k.z.mul_add(dot(t, m), u_star.z);
-        axpy(ux, d1, axpy(uy, d2, t * uz)) // R1
+        let both = alike(k);
+        let ux = (k.x - both).mul_add(dot(d1, m), u_star.x);
+        let uy = (k.y - both).mul_add(dot(d2, m), u_star.y);
+        let uz = (k.z - both).mul_add(dot(t, m), u_star.z);
+        axpy(both, m, axpy(ux, d1, axpy(uy, d2, t * uz))) // R1
     } else {
         let uz = (k.z - k.x).mul_add(dot(t, m), u_star.z);
         axpy(k.x, m, axpy(u_star.x, d1, axpy(u_star.y, d2, t * uz))) // R1
     }
+}
+
+/// What is the same about d1 and d2, else 0. What remains of it there is then nothing, and no step knows d1 and d2 of a rod that bends
+/// alike about both.
+#[inline(always)]
+pub fn alike<L: Lane>(k: Vec3<L>) -> L {
+    L::select(k.x.lt(k.y) | k.y.lt(k.x), k.x.constant(0.0), k.x)
 }
 
 /// p' = R nu, the tangent where the segment neither shears nor stretches.
@@ -144,7 +152,9 @@ pub fn velocity<L: Lane>(
 ) -> Vec3<L> {
     if terms.general() && segment.shears {
         let c = segment.shear;
-        axpy(c.x * dot(d1, n), d1, axpy(c.y * dot(d2, n), d2, axpy(c.z * dot(t, n), t, t))) // R5
+        let both = alike(c);
+        let along = axpy((c.z - both) * dot(t, n), t, t);
+        axpy(both, n, axpy((c.x - both) * dot(d1, n), d1, axpy((c.y - both) * dot(d2, n), d2, along))) // R5
     } else {
         t
     }

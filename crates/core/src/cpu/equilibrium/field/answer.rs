@@ -51,7 +51,7 @@ pub fn solve_varying<L: VaryingPasses>(
         let free = settle(problem, What::Base, &mut end, workspace);
         end.reached = end.reached & free.converged;
         match led {
-            Led::Curve | Led::FreeCurve if L::Scalar::SHARP => follow_press(problem, &mut end, workspace),
+            Led::Curve { .. } | Led::FreeCurve if L::Scalar::SHARP => follow_press(problem, &mut end, workspace),
             _ => press(problem, Some(&program.curve), false, &mut end, workspace),
         }
         settle(problem, What::Base, &mut end, workspace);

@@ -12,8 +12,8 @@ pub enum Led<'a> {
     Before,
     /// They are free rods, solved before: only how they stand to the wall is asked.
     Free,
-    /// From rest along the curve of equilibria.
-    Curve,
+    /// From rest along the curve of equilibria, with care and on the fine grid, or without.
+    Curve { careful: bool },
     /// They are free rods, solved before; a wall comes along the curve of equilibria.
     FreeCurve,
     /// With care on this grid, from rest or, in a search, from a start.

@@ -3,7 +3,7 @@
 
 use super::arrival::VaryingPath;
 use super::base_load::{Load, margin, norm};
-use super::path::leaps;
+use super::path::{leaps, narrowed};
 use super::rest::Rest;
 use crate::cpu::algebra::{Vec3, axpy, dot, length};
 use crate::cpu::equilibrium::curve::follow_curve;
@@ -165,9 +165,13 @@ struct Varying<'a, L: Lane> {
     kept_leeway: L,
     /// Of the last pass, bordered by its row.
     matrix: [[L; 7]; 7],
-    /// The inverse of dr/d(n0, m0), and the margin, at the point kept last.
-    kept: Mat6<L>,
-    kept_margin: L,
+    /// The inverse of dr/d(n0, m0), and the margin: of the last point that was looked at so, and of the one kept last.
+    found: (Mat6<L>, L),
+    kept: (Mat6<L>, L),
+    /// On the fine grid, where no step is taken over which the margin leaps.
+    careful: bool,
+    /// Of the last pass.
+    rises: L::Mask,
     /// Lanes whose margin has been small or has leapt: stability may have been lost and won again between.
     doubtful: L::Mask,
 }
@@ -235,7 +239,7 @@ impl<L: VaryingPasses> Varying<'_, L> {
     #[inline(always)]
     fn pass(&mut self, fine: bool, lambda: L, base: Load<L>, what: What) {
         let program = &self.problem.program;
-        let resolution = if fine { &program.fine } else { &program.curve };
+        let resolution = if fine || self.careful { &program.fine } else { &program.curve };
         let points = program.field.as_ref().map_or(&[][..], |field| field.points);
         let problem = *self.problem;
         L::varying_pass(Pass { problem, resolution, lambda, base, what, points, workspace: self.workspace });
@@ -285,6 +289,7 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
         let VaryingWorkspace { matrix, pose, .. } = &*self.workspace;
         let (seen, matrix) = newton_and_tangent(at, (r, matrix, by_lambda), row, pose);
         self.matrix = matrix;
+        self.rises = at.lambda.constant(0.0).lt(seen.tangent.lambda);
         seen
     }
 
@@ -298,19 +303,28 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
         let zero = self.kept_leeway.constant(0.0);
         let leeway = self.workspace.leeway;
         let passes_by = !length(self.tip - self.kept_tip).lt(self.kept_leeway + leeway);
-        zero.lt(leeway) & zero.lt(self.workspace.inside) & !passes_by
+        let inverse = self.workspace.matrix.solve_soon(&Mat6::identity(zero.constant(1.0)));
+        self.found = (inverse, margin(&inverse));
+        let clear = zero.lt(leeway) & zero.lt(self.workspace.inside) & !passes_by;
+        // At a turn the margin is none.
+        if self.careful { clear & !(self.rises & leaps(self.found.1, self.kept.1)) } else { clear }
     }
 
     #[inline(always)]
     fn keep(&mut self, lanes: L::Mask) {
         self.kept_tip = Vec3::select(lanes, self.tip, self.kept_tip);
         self.kept_leeway = L::select(lanes, self.workspace.leeway, self.kept_leeway);
-        let inverse = self.workspace.matrix.solve_soon(&Mat6::identity(self.kept_leeway.constant(1.0)));
-        let margin = margin(&inverse);
-        let is_small = !margin.constant(NEAR_MARGIN).lt(margin);
-        self.doubtful = self.doubtful | (lanes & (is_small | leaps(margin, self.kept_margin)));
-        self.kept_margin = L::select(lanes, margin, self.kept_margin);
-        self.kept = Mat6::select(lanes, &inverse, &self.kept);
+        let (inverse, margin) = &self.found;
+        let is_small = !margin.constant(NEAR_MARGIN).lt(*margin);
+        if !self.careful {
+            self.doubtful = self.doubtful | (lanes & (is_small | leaps(*margin, self.kept.1)));
+        }
+        self.kept = (Mat6::select(lanes, inverse, &self.kept.0), L::select(lanes, *margin, self.kept.1));
+    }
+
+    #[inline(always)]
+    fn caution(&self, _: L) -> L {
+        narrowed(self.kept.1, self.careful)
     }
 
     #[inline(always)]
@@ -325,10 +339,11 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
     }
 }
 
-/// Follows the curve of a group from rest.
+/// Follows the curve of a group from rest; `careful`: see [`Varying`]. Else lanes do not arrive whose margin was small, or leapt, on the way.
 #[inline(always)]
 pub fn follow_bordered<L: VaryingPasses>(
     problem: &Problem<'_, L>,
+    careful: bool,
     rest: &Rest<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) -> VaryingPath<L> {
@@ -338,8 +353,10 @@ pub fn follow_bordered<L: VaryingPasses>(
     let nobody = one.lt(zero);
     let matrix = [[zero; 7]; 7];
     let (tip, kept_tip, kept_leeway) = (rest.tip, rest.tip, rest.leeway);
-    let (kept, kept_margin, doubtful) = (Mat6::identity(one), one, nobody);
-    let mut varying = Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix, kept, kept_margin, doubtful };
+    let kept = (Mat6::identity(one), one);
+    let (found, doubtful, rises) = (kept, nobody, nobody);
+    let mut varying =
+        Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix, found, kept, careful, rises, doubtful };
     let start = Loaded { base: none, lambda: zero };
     let slope = Loaded { base: rest.slope, lambda: one };
     let pace = problem.program.pace;
@@ -350,7 +367,7 @@ pub fn follow_bordered<L: VaryingPasses>(
     let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
     VaryingPath {
         base: end.at.base,
-        inverse: varying.kept,
+        inverse: varying.kept.0,
         reached: end.reached & !varying.doubtful,
         fold: end.fold,
         turned: end.turned,
