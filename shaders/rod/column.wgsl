@@ -80,9 +80,7 @@ fn compliance_times(k: vec3<f32>, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, x:
 
 // R diag(k) R^T x, any k.
 fn principal_times(k: vec3<f32>, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, x: vec3<f32>) -> vec3<f32> {
-    let both = alike(k);
-    let along = t * (dot(t, x) * (k.z - both));
-    return axpy(both, x, axpy(dot(d1, x) * (k.x - both), d1, axpy(dot(d2, x) * (k.y - both), d2, along)));
+    return axpy(dot(d1, x) * k.x, d1, axpy(dot(d2, x) * k.y, d2, t * (dot(t, x) * k.z)));
 }
 
 //@if !VARYING_FIELD

@@ -91,21 +91,14 @@ fn curvature(section: Section, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, m: ve
     let u_star = section.u_star;
     let k = section.compliance;
     //@if ANISOTROPIC
-    let both = alike(k);
-    let ux = (k.x - both) * dot(d1, m) + u_star.x;
-    let uy = (k.y - both) * dot(d2, m) + u_star.y;
-    let uz = (k.z - both) * dot(t, m) + u_star.z;
-    return axpy(both, m, axpy(ux, d1, axpy(uy, d2, t * uz))); // R1
+    let ux = k.x * dot(d1, m) + u_star.x;
+    let uy = k.y * dot(d2, m) + u_star.y;
+    let uz = k.z * dot(t, m) + u_star.z;
+    return axpy(ux, d1, axpy(uy, d2, t * uz)); // R1
     //@else
     let uz = (k.z - k.x) * dot(t, m) + u_star.z;
     return axpy(k.x, m, axpy(u_star.x, d1, axpy(u_star.y, d2, t * uz))); // R1
     //@end
-}
-
-// What is the same about d1 and d2, else 0. What remains of it there is then nothing, and no step knows d1 and d2 of a rod that bends
-// alike about both.
-fn alike(k: vec3<f32>) -> f32 {
-    return select(0.0, k.x, k.x == k.y);
 }
 
 // p' = R nu, the tangent where the segment neither shears nor stretches.
@@ -113,9 +106,7 @@ fn velocity(segment: Flexible, d1: vec3<f32>, d2: vec3<f32>, t: vec3<f32>, n: ve
     //@if SHEAR
     if segment.shears {
         let c = segment.shear;
-        let both = alike(c);
-        let along = axpy((c.z - both) * dot(t, n), t, t);
-        return axpy(both, n, axpy((c.x - both) * dot(d1, n), d1, axpy((c.y - both) * dot(d2, n), d2, along))); // R5
+        return axpy(c.x * dot(d1, n), d1, axpy(c.y * dot(d2, n), d2, axpy(c.z * dot(t, n), t, t))); // R5
     }
     //@end
     return t;

@@ -3,7 +3,7 @@
 use super::program::{Inputs, Program};
 use super::terms::Terms;
 use crate::cpu::algebra::{Vec3, axpy, dot};
-use crate::cpu::simd::lane::Lane;
+use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::SegmentPlan;
 use crate::model::record::{
     DIPOLE_PER_LENGTH_AT, LOAD_AT, REST_CURVATURE_AT, REST_CURVATURE_RISE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT,
@@ -133,11 +133,12 @@ pub fn curvature<L: Lane>(
     }
 }
 
-/// What is the same about d1 and d2, else 0. What remains of it there is then nothing, and no step knows d1 and d2 of a rod that bends
-/// alike about both.
+/// What is the same about d1 and d2, else 0: what remains is nothing there, so that no step knows d1 and d2 of a rod that bends alike about
+/// both. In single precision 0: no crossing of curves is told there, and round-off of k.x would hide a small k.z.
 #[inline(always)]
 pub fn alike<L: Lane>(k: Vec3<L>) -> L {
-    L::select(k.x.lt(k.y) | k.y.lt(k.x), k.x.constant(0.0), k.x)
+    let zero = k.x.constant(0.0);
+    if L::Scalar::SHARP { L::select(k.x.lt(k.y) | k.y.lt(k.x), zero, k.x) } else { zero }
 }
 
 /// p' = R nu, the tangent where the segment neither shears nor stretches.
