@@ -61,6 +61,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("rod/segments", &["under"], "loads of folds follow parameters on the CPU alone"),
         ("rod/source", &["rate_under"], "loads of folds follow parameters on the CPU alone"),
         ("rod/field/space", &["weaken"], "loads of folds follow parameters on the CPU alone"),
+        ("rod/section", &["alike"], "crossings of curves are told in double precision alone"),
         ("rod/stability", &["new"], "the workspace"),
         ("rod/stability", &["is_grown"], "the CPU alone solves a row again by nodes for it"),
         ("rod/segments", &["new"], "makes room for segments, which the shader loads where it crosses them"),
