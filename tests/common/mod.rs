@@ -10,6 +10,7 @@ pub mod limp;
 pub mod runs;
 pub mod scenes;
 pub mod strategy;
+pub mod table;
 pub mod texts;
 pub mod walls;
 

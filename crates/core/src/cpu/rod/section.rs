@@ -133,8 +133,9 @@ pub fn curvature<L: Lane>(
     }
 }
 
-/// What is the same about d1 and d2, else 0: what remains is nothing there, so that no step knows d1 and d2 of a rod that bends alike about
-/// both. In single precision 0: no crossing of curves is told there, and round-off of k.x would hide a small k.z.
+/// The compliance about d1 and d2 of a rod that bends alike about both, else 0. The sum over the directors counts from it, so that the
+/// truncation error of d1 and d2 does not enter such a rod. In single precision it is 0: the engine tells no crossing of curves there, and
+/// round-off of a large k.x would hide a small k.z.
 #[inline(always)]
 pub fn alike<L: Lane>(k: Vec3<L>) -> L {
     let zero = k.x.constant(0.0);

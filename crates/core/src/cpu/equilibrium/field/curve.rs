@@ -165,12 +165,12 @@ struct Varying<'a, L: Lane> {
     kept_leeway: L,
     /// Of the last pass, bordered by its row.
     matrix: [[L; 7]; 7],
-    /// The inverse of dr/d(n0, m0), and the margin: of the last point that was looked at so, and of the one kept last.
+    /// The inverse of dr/d(n0, m0) and the margin at the point of the last converged pass, and at the point kept last.
     found: (Mat6<L>, L),
     kept: (Mat6<L>, L),
-    /// On the fine grid, where no step is taken over which the margin leaps.
+    /// The curve is followed on the fine grid, and no step is taken over which the margin leaps.
     careful: bool,
-    /// Of the last pass.
+    /// Lanes whose load rises along the curve at the point of the last pass.
     rises: L::Mask,
     /// Lanes whose margin has been small or has leapt: stability may have been lost and won again between.
     doubtful: L::Mask,
