@@ -62,7 +62,7 @@ fn judge(rod: Rod, end: PathEnd, found: Found) -> Verdict {
     verdict.stable = verdict.index < 0.5;
     //@if TIP_MOMENT
     // Under a dead tip moment det W tells whether the rod has diverged; few steps to get there do not tell. S6
-    if end.path != RAMP && has_dead_moment(rod) {
+    if end.path != RAMP && has_no_energy(rod) {
         verdict.stable = verdict.stable || 0.0 < dot(found.w[0], cross(found.w[1], found.w[2]));
     }
     //@end

@@ -105,7 +105,7 @@ impl EngineRequest {
     }
 
     /// The same for a scene: walls are for the CPU, and so are fields that vary in space, unless a GPU is asked for. That solves fields in
-    /// f32 and leaves those that are sampled on a grid to the CPU; a scene with a wall it refuses.
+    /// f32 and leaves those that are sampled on a grid, and loads that turn with the rod, to the CPU; a scene with a wall it refuses.
     ///
     /// # Errors
     ///
@@ -126,7 +126,13 @@ impl EngineRequest {
         };
         match self.backend {
             None if scene.wall.is_some() => on_cpu("walls are for the CPU"),
+            None | Some(BackendKind::Gpu) if scene.has_load_without_energy() => {
+                on_cpu("a load turns with the rod, or a moment acts inside of it, which no GPU kernel models")
+            }
             None => on_cpu("the field varies in space; a GPU solves that where it is asked for"),
+            Some(BackendKind::Gpu) if has_exact_magnet(scene) => {
+                on_cpu("the field of a magnet is that of its cylinder, which no GPU kernel models")
+            }
             Some(BackendKind::Gpu) if !scene.sources.maps.is_empty() => {
                 on_cpu("the field is sampled on a grid, which no GPU kernel models")
             }
@@ -314,6 +320,11 @@ fn refuse_beside_wall(scene: &Scene, asked: Option<BackendKind>) -> Result<(), B
         ),
         _ => Ok(()),
     }
+}
+
+/// Whether the field of a magnet is that of its cylinder.
+fn has_exact_magnet(scene: &Scene) -> bool {
+    scene.sources.magnets.iter().any(|magnet| magnet.body.is_some_and(|body| body.is_exact))
 }
 
 /// Whether a sampled field has nodes without a value.

@@ -134,7 +134,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
     //@if TIP_MOMENT
     // (dr/dm0)^-1 there.
     var last_inverse = identity();
-    let dead = has_dead_moment(rod);
+    let dead = has_no_energy(rod);
     //@end
     // Steps in a row that were rejected.
     var retreats = 0.0;

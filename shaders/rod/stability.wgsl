@@ -88,7 +88,7 @@ fn is_above(square: f32, bound: f32) -> bool {
 
 //@if TIP_MOMENT
 // Where a dead moment acts at the tip: its work depends on the way, and no energy tells stability. S6
-fn has_dead_moment(rod: Rod) -> bool {
+fn has_no_energy(rod: Rod) -> bool {
     return any(rod.l_tip != vec3<f32>());
 }
 

@@ -2,7 +2,7 @@
 
 use super::wall::wall;
 use crate::draw::{ForceAt, RodShape, Stretch, StretchKind, Surroundings};
-use crate::model::{ForcePlace, InnerForce, RigidRod, Rod, RodSegment, Scene, Segment, Status, Vector};
+use crate::model::{ForcePlace, Frame, InnerForce, RigidRod, Rod, RodSegment, Scene, Segment, Status, Vector};
 use crate::reference::{Equilibrium, Pose, shape, solve_rod};
 use crate::study::{Solved, along_segments, smooth_count};
 
@@ -62,16 +62,19 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
 
 /// Forces at points of the rod: at stations and at the middles of rigid segments.
 fn inner_forces(scene: &Scene, rod: &Rod, equilibrium: &Equilibrium) -> Vec<ForceAt> {
-    let at_point = |force: &&InnerForce| force.place != ForcePlace::Along;
-    let mut forces: Vec<&InnerForce> = scene.inner_forces.iter().filter(at_point).collect();
+    let is_drawn = |force: &&InnerForce| force.place != ForcePlace::Along && force.force != [0.0; 3];
+    let mut forces: Vec<&InnerForce> = scene.inner_forces.iter().filter(is_drawn).collect();
     if forces.is_empty() {
         return Vec::new();
     }
     forces.sort_by(|a, b| scene.arc_length_of(a).total_cmp(&scene.arc_length_of(b)));
     let at: Vec<f64> = forces.iter().map(|force| scene.arc_length_of(force)).collect();
-    let points = shape(rod, equilibrium, &at).into_iter().map(|pose| pose.position);
-    let of = |(force, point): (&InnerForce, Vector)| ForceAt { name: force.name.clone(), point, force: force.force };
-    forces.into_iter().zip(points).map(of).collect()
+    let of = |(load, pose): (&InnerForce, Pose)| {
+        let turned = pose.rotation.map(|row| (0..3).map(|k| row[k] * load.force[k]).sum());
+        let force = if load.frame == Frame::Body { turned } else { load.force };
+        ForceAt { name: load.name.clone(), point: pose.position, force }
+    };
+    forces.into_iter().zip(shape(rod, equilibrium, &at)).map(of).collect()
 }
 
 fn stretch(segment: &Segment, rod: &RodSegment, poses: &[Pose]) -> Stretch {
@@ -93,7 +96,9 @@ fn centreline_at_rest(rod: &Rod) -> Option<Vec<Vector>> {
     for segment in &mut unloaded.segments {
         match segment {
             RodSegment::Flexible(flexible) => (flexible.load, flexible.dipole) = ([0.0; 3], [0.0; 3]),
-            RodSegment::Rigid(rigid) => (rigid.dipole, rigid.weight) = ([0.0; 3], [0.0; 3]),
+            RodSegment::Rigid(rigid) => {
+                (rigid.dipole, rigid.weight, rigid.couple) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+            }
         }
     }
     let equilibrium = solve_rod(&unloaded, &[]);

@@ -44,6 +44,21 @@ impl Gpu {
                 remedy: "use f32, or the CPU engine for f64".into(),
             });
         }
+        if plan.segments.iter().any(|segment| segment.has_couple || segment.follows) {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: "a load that turns with the rod, or a moment inside of it".into(),
+                remedy: "use the CPU engine".into(),
+            });
+        }
+        let dipoles = plan.scene.rod().field.map_or(Vec::new(), |field| field.dipoles);
+        if dipoles.iter().any(|dipole| dipole.cylinder.is_some()) {
+            return Err(BackendError::Unsupported {
+                backend: BackendKind::Gpu,
+                what: "the exact field of a cylindrical magnet".into(),
+                remedy: "use the CPU engine, or leave out field = \"exact\"".into(),
+            });
+        }
         if plan.terms.varying_field {
             expect_solved_in_turns(plan, precision)?;
         }

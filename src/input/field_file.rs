@@ -5,12 +5,26 @@ use super::map::field_maps;
 use super::segment_file::{check_name, exclusive};
 use super::toml::Reader;
 use crate::model::{
-    CoilArray, DEFAULT_CLEARANCE, FieldSources, GradientEntry, Magnet, MagnetBody, UnitDipole, Vector, mri_gradient,
+    CoilArray, DEFAULT_CLEARANCE, FieldSources, GradientEntry, Magnet, MagnetBody, UnitDipole, Vector, closest,
+    mri_gradient,
 };
 
 const FIELD_KEYS: [&str; 4] = ["flux_density", "gradient", "mri_gradient", "origin"];
-const MAGNET_KEYS: [&str; 10] =
-    ["name", "position", "moment", "remanence", "diameter", "length", "axis", "rotation", "strength", "clearance"];
+const MAGNET_KEYS: [&str; 11] = [
+    "name",
+    "position",
+    "moment",
+    "remanence",
+    "diameter",
+    "length",
+    "axis",
+    "field",
+    "rotation",
+    "strength",
+    "clearance",
+];
+/// Clearance of a cylinder whose field is exact, over its radius.
+const EXACT_CLEARANCE: f64 = 0.035;
 /// A gradient given as a matrix may miss symmetry and trace by this share of its largest entry.
 const MATRIX_TOLERANCE: f64 = 1e-6;
 
@@ -94,6 +108,7 @@ fn magnet(reader: &Reader) -> Result<Magnet, InputError> {
     let position = position.ok_or_else(|| reader.missing("position", "give the magnet's centre in the world frame"))?;
     exclusive(reader, "moment", "remanence")?;
     let body = body(reader)?;
+    let is_exact = body.is_some_and(|body| body.is_exact);
     let moment = match (reader.vector("moment", "A·m²")?, reader.quantity("remanence", "T")?, &body) {
         (Some(moment), ..) => moment,
         (None, Some(remanence), Some(body)) => body.moment(remanence),
@@ -108,6 +123,7 @@ fn magnet(reader: &Reader) -> Result<Magnet, InputError> {
     };
     let clearance = match (reader.quantity("clearance", "m")?, &body) {
         (Some(clearance), _) => clearance,
+        (None, Some(body)) if is_exact => EXACT_CLEARANCE * 0.5 * body.diameter,
         (None, Some(body)) => 0.5 * body.length.max(body.diameter),
         (None, None) => reader.quantity("diameter", "m")?.map_or(DEFAULT_CLEARANCE, |diameter| 0.5 * diameter),
     };
@@ -126,6 +142,7 @@ fn magnet(reader: &Reader) -> Result<Magnet, InputError> {
 fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
     let (axis, length) = (reader.vector("axis", "")?, reader.quantity("length", "m")?);
     let diameter = reader.quantity("diameter", "m")?;
+    let is_exact = is_exact(reader)?;
     let (Some(axis), Some(length), Some(diameter)) = (axis, length, diameter) else {
         let given = [("axis", axis.is_some()), ("length", length.is_some())];
         if let Some((name, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
@@ -133,6 +150,10 @@ fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
             let missing = [("axis", axis.is_none()), ("length", length.is_none()), ("diameter", diameter.is_none())];
             let lacking = missing.into_iter().find(|(_, lacks)| *lacks).map_or("diameter", |(name, _)| name);
             return Err(reader.missing(lacking, remedy));
+        }
+        if is_exact {
+            let remedy = "field = \"exact\" is that of a cylinder: give axis, diameter and length";
+            return Err(reader.missing("axis", remedy));
         }
         return Ok(None);
     };
@@ -144,7 +165,19 @@ fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
     }
     // What already has length one stays as it is, so that a scene written and read again is the same.
     let axis = if (size - 1.0).abs() < 4.0 * f64::EPSILON { axis } else { axis.map(|x| x / size) };
-    Ok(Some(MagnetBody { axis, length, diameter }))
+    Ok(Some(MagnetBody { axis, length, diameter, is_exact }))
+}
+
+/// Whether the field of a cylinder is asked for, in place of that of a few dipoles.
+fn is_exact(reader: &Reader) -> Result<bool, InputError> {
+    const WORDS: [&str; 2] = ["dipoles", "exact"];
+    let Some(found) = reader.string("field")? else { return Ok(false) };
+    if !WORDS.contains(&found) {
+        let suggestion = closest(found, WORDS.into_iter());
+        let problem = Problem::Choice { found: found.into(), suggestion, allowed: WORDS.join(", ") };
+        return Err(reader.error("field", problem));
+    }
+    Ok(found == WORDS[1])
 }
 
 fn coil_array(reader: &Reader) -> Result<CoilArray, InputError> {

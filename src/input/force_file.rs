@@ -1,13 +1,50 @@
-//! Forces inside of the rod in scene files.
+//! Forces and moments inside of the rod in scene files, and those at the tip that turn with it.
 
 use super::error::{InputError, Problem};
 use super::segment_file::check_name;
 use super::toml::Reader;
-use crate::model::{ForcePlace, InnerForce, Scene, SceneError, Segment, SegmentKind, closest, short_number};
+use crate::model::{
+    ForcePlace, Frame, InnerForce, Scene, SceneError, Segment, SegmentKind, Vector, closest, short_number,
+};
 
 const KEYS: [&str; 7] = ["name", "segment", "at", "force", "force_per_length", "moment", "frame"];
 
-/// The forces of the `[[load]]` blocks of a scene with these segments.
+/// What a key of `[loads]` gives at the tip: a vector that keeps its direction, or `{ value, frame }`.
+pub(super) enum AtTip {
+    Dead(Option<Vector>),
+    Follows(InnerForce),
+}
+
+/// `tip_force` or `tip_moment` of a rod of so many segments.
+pub(super) fn at_tip(
+    loads: &Reader,
+    key: &'static str,
+    unit: &'static str,
+    segments: usize,
+) -> Result<AtTip, InputError> {
+    if !loads.is_table(key) {
+        return Ok(AtTip::Dead(loads.vector(key, unit)?));
+    }
+    let Some(table) = loads.table(key)? else { return Ok(AtTip::Dead(None)) };
+    table.check_keys(&["value", "frame"])?;
+    let Some(value) = table.vector("value", unit)? else {
+        return Err(table.missing("value", "give three components, such as value = [0, \"10 mN\", 0]"));
+    };
+    if frame(&table)? == Frame::World {
+        return Ok(AtTip::Dead(Some(value)));
+    }
+    let is_force = key == "tip_force";
+    Ok(AtTip::Follows(InnerForce {
+        name: key.into(),
+        segment: segments.saturating_sub(1),
+        place: ForcePlace::Tip,
+        force: if is_force { value } else { [0.0; 3] },
+        moment: (!is_force).then_some(value),
+        frame: Frame::Body,
+    }))
+}
+
+/// The loads of the `[[load]]` blocks of a scene with these segments.
 pub(super) fn inner_forces(reader: &Reader, segments: &[Segment]) -> Result<Vec<InnerForce>, InputError> {
     // Not an array, it is what `[loads]` is meant to be.
     if reader.is_table("load") {
@@ -19,24 +56,35 @@ pub(super) fn inner_forces(reader: &Reader, segments: &[Segment]) -> Result<Vec<
 
 fn inner_force(reader: &Reader, segments: &[Segment]) -> Result<InnerForce, InputError> {
     reader.check_keys(&KEYS)?;
-    refuse_what_is_not_modelled(reader)?;
     let name = reader.string("name")?;
     let name = name.ok_or_else(|| {
-        reader.missing("name", "parameters of a force start with `loads.` and its name, such as name = \"push\"")
+        reader.missing("name", "parameters of a load start with `loads.` and its name, such as name = \"push\"")
     })?;
     check_name(reader, name)?;
     let (force, per_length) = (reader.vector("force", "N")?, reader.vector("force_per_length", "N/m")?);
+    let (moment, frame) = (reader.vector("moment", "N·m")?, frame(reader)?);
     let (force, is_along) = match (force, per_length) {
         (Some(force), None) => (force, false),
         (None, Some(force)) => (force, true),
+        (None, None) if moment.is_some() => ([0.0; 3], false),
         (None, None) => {
-            return Err(reader.missing("force", "give three components in N, or force_per_length in N/m"));
+            let remedy = "give three components in N, or force_per_length in N/m, or a moment in N·m";
+            return Err(reader.missing("force", remedy));
         }
         (Some(_), Some(_)) => {
             let remedy = "give each its own [[load]]".into();
             return Err(reader.error("force_per_length", Problem::Conflict { with: "force".into(), remedy }));
         }
     };
+    if is_along && moment.is_some() {
+        let remedy = "a moment acts at a point: give it its own [[load]]".into();
+        return Err(reader.error("moment", Problem::Conflict { with: "force_per_length".into(), remedy }));
+    }
+    if is_along && frame == Frame::Body {
+        let expected =
+            "\"world\": a force per length that turns with the rod is not modelled; `force` and `moment` at points are";
+        return Err(reader.error("frame", Problem::Range { value: "\"body\"".into(), expected: expected.into() }));
+    }
     let named = segment(reader, segments)?;
     let at = reader.quantity("at", "m")?;
     let (segment, place) = match (is_along, named, at) {
@@ -63,28 +111,16 @@ fn inner_force(reader: &Reader, segments: &[Segment]) -> Result<InnerForce, Inpu
             return Err(reader.missing("at", remedy));
         }
     };
-    Ok(InnerForce { name: name.into(), segment, place, force })
+    Ok(InnerForce { name: name.into(), segment, place, force, moment, frame })
 }
 
-fn refuse_what_is_not_modelled(reader: &Reader) -> Result<(), InputError> {
-    let refused = |key: &str, value: &str, expected: &str| {
-        Err(reader.error(key, Problem::Range { value: value.into(), expected: expected.into() }))
-    };
-    if reader.has("moment") {
-        let expected = "`force`, or `tip_moment` under [loads]: moments inside of the rod are not modelled";
-        return refused("moment", "a moment inside of the rod", expected);
-    }
-    match reader.string("frame")? {
-        None | Some("world") => Ok(()),
-        Some("body") => {
-            let expected = "\"world\": a force that turns with the rod has no energy, and is not modelled";
-            refused("frame", "\"body\"", expected)
-        }
-        Some(found) => {
-            let suggestion = closest(found, ["world"].into_iter());
-            Err(reader.error("frame", Problem::Choice { found: found.into(), suggestion, allowed: "world".into() }))
-        }
-    }
+/// In which frame a load keeps its direction.
+fn frame(reader: &Reader) -> Result<Frame, InputError> {
+    let Some(found) = reader.string("frame")? else { return Ok(Frame::World) };
+    Frame::ALL.into_iter().find(|frame| frame.name() == found).ok_or_else(|| {
+        let suggestion = closest(found, Frame::ALL.iter().map(|frame| frame.name()));
+        reader.error("frame", Problem::Choice { found: found.into(), suggestion, allowed: "world, body".into() })
+    })
 }
 
 /// Index of the segment that is named.
@@ -134,6 +170,15 @@ pub(super) fn key(scene: &Scene, error: &SceneError) -> Option<String> {
         _ => return None,
     };
     key_of(scene, name, key)
+}
+
+/// The key of the first load without energy.
+pub(super) fn key_without_energy(scene: &Scene) -> String {
+    match scene.inner_forces.iter().position(|load| !load.is_dead_force()) {
+        Some(at) if scene.inner_forces[at].place != ForcePlace::Tip => format!("load[{at}]"),
+        Some(at) => format!("loads.{}", scene.inner_forces[at].name),
+        None => "load".into(),
+    }
 }
 
 /// A key of the last force of a name.

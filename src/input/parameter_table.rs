@@ -2,7 +2,8 @@
 
 use super::quantity_text::quantity_text;
 use crate::model::{
-    Axis, GradientEntry, MagnetParameter, Parameter, Scene, SegmentParameter, ShearAxis, StiffnessAxis, WallParameter,
+    Axis, ForcePlace, Frame, GradientEntry, InnerForce, MagnetParameter, Parameter, Scene, SegmentParameter, ShearAxis,
+    StiffnessAxis, WallParameter,
 };
 use MagnetParameter as M;
 use Parameter as P;
@@ -70,6 +71,15 @@ pub fn parameter_groups(scene: &Scene) -> Vec<ParameterGroup> {
     groups
 }
 
+/// What a component of a force or a moment inside of the rod, or at its tip, is.
+fn of_load(kind: &str, load: &InnerForce, axis: Axis) -> String {
+    let place = if load.place == ForcePlace::Tip { "at the tip".into() } else { format!("`{}`", load.name) };
+    match load.frame {
+        Frame::World => format!("{kind} {place}, along {} of the world", axis.name()),
+        Frame::Body => format!("{kind} {place}, turns with the rod, along {} of its frame there", axis.name()),
+    }
+}
+
 /// What a parameter is.
 fn meaning(scene: &Scene, parameter: Parameter) -> String {
     let along = |what: &str, axis: Axis| format!("{what}, along {} of the world", axis.name());
@@ -101,7 +111,8 @@ fn meaning(scene: &Scene, parameter: Parameter) -> String {
         P::Gravity(axis) => along("acceleration of gravity", axis),
         P::DistributedForce(axis) => along("force per length on the whole rod", axis),
         P::FluidDensity => "density of the fluid around the rod".into(),
-        P::InnerForce(force, axis) => along(&format!("force `{}`", scene.inner_forces[force].name), axis),
+        P::InnerMoment(load, axis) => of_load("moment", &scene.inner_forces[load], axis),
+        P::InnerForce(load, axis) => of_load("force", &scene.inner_forces[load], axis),
         P::ForceAlong(force, axis) => along(&format!("force per length `{}`", scene.inner_forces[force].name), axis),
         P::Wall(number) => of_wall(number),
         P::Segment(_, number) => of_segment(number),

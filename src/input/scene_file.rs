@@ -1,14 +1,15 @@
 //! Scene files: TOML with units to a `Scene`. Every mistake names file, line, key and remedy.
 
 use super::error::{InputError, Problem};
+use super::force_file::AtTip;
 use super::magnet_note::cylinder_note;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
 use super::{field_file, force_file, wall_file};
 use crate::files;
 use crate::model::{
-    Base, CoilLoad, FieldMap, FieldSources, Flexible, LOAD_KEYS, Loads, Parameter, Scene, SceneError, SegmentKind,
-    ShearElasticity, Stiffness, closest,
+    Base, CoilLoad, FieldMap, FieldSources, Flexible, InnerForce, LOAD_KEYS, Loads, Parameter, Scene, SceneError,
+    SegmentKind, ShearElasticity, Stiffness, closest,
 };
 use std::collections::HashSet;
 use std::path::Path;
@@ -106,13 +107,16 @@ pub(super) fn unjudged_scene(reader: &Reader) -> Result<Scene, InputError> {
     if segments.is_empty() {
         return Err(reader.missing("segment", "add a [[segment]] block with a name, a kind and a length"));
     }
+    let (loads, at_tip) = loads(reader, segments.len())?;
+    let mut inner_forces = force_file::inner_forces(reader, &segments)?;
+    inner_forces.extend(at_tip);
     let mut scene = Scene {
         name: reader.string("name")?.unwrap_or_default().to_owned(),
         base: base(reader)?,
         flux_density: field_file::flux_density(reader)?,
         sources: FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? },
-        loads: loads(reader)?,
-        inner_forces: force_file::inner_forces(reader, &segments)?,
+        loads,
+        inner_forces,
         wall: wall_file::wall(reader, &segments)?,
         segments,
         inserted: 0.0,
@@ -134,16 +138,29 @@ fn base(reader: &Reader) -> Result<Base, InputError> {
     })
 }
 
-fn loads(reader: &Reader) -> Result<Loads, InputError> {
-    let Some(loads) = reader.table("loads")? else { return Ok(Loads::default()) };
+/// The loads of the whole rod and its tip, and those at the tip that turn with it.
+fn loads(reader: &Reader, segments: usize) -> Result<(Loads, Vec<InnerForce>), InputError> {
+    let Some(loads) = reader.table("loads")? else { return Ok((Loads::default(), Vec::new())) };
     loads.check_keys(&LOAD_KEYS)?;
-    Ok(Loads {
-        tip_force: loads.vector("tip_force", "N")?,
-        tip_moment: loads.vector("tip_moment", "N·m")?,
+    let mut follow = Vec::new();
+    let mut at_tip = |key, unit| {
+        Ok(match force_file::at_tip(&loads, key, unit, segments)? {
+            AtTip::Dead(vector) => vector,
+            AtTip::Follows(load) => {
+                follow.push(load);
+                None
+            }
+        })
+    };
+    let (tip_force, tip_moment) = (at_tip("tip_force", "N")?, at_tip("tip_moment", "N·m")?);
+    let loads = Loads {
+        tip_force,
+        tip_moment,
         gravity: loads.vector("gravity", "m/s²")?,
         distributed_force: loads.vector("distributed_force", "N/m")?,
         fluid_density: loads.quantity("fluid_density", "kg/m³")?,
-    })
+    };
+    Ok((loads, follow))
 }
 
 fn rigid_force_arm(reader: &Reader) -> Result<bool, InputError> {
@@ -195,7 +212,8 @@ pub(super) fn located(reader: &Reader, scene: &Scene, error: SceneError) -> Inpu
         }
         SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
         SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
-        SceneError::WallWithTipMoment => "loads.tip_moment".into(),
+        SceneError::WallWithTipMoment if scene.loads.tip_moment.is_some() => "loads.tip_moment".into(),
+        SceneError::WallWithTipMoment => force_file::key_without_energy(scene),
         SceneError::WallWithoutForceArm => "model.rigid_force_arm".into(),
         SceneError::DuplicateForce(_) | SceneError::MisplacedForce { .. } => {
             force_file::key(scene, &error).unwrap_or_else(|| "load".into())

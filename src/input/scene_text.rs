@@ -4,8 +4,9 @@ use super::map::write_map;
 use super::toml::quoted;
 use super::wall_file::{side_word, surface_word, tip_word};
 use crate::model::{
-    Body, CoilWinding, Density, FieldSources, Flexible, ForcePlace, InnerForce, MagnetBody, MagnetMaterial, Profile,
-    Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, TipOnWall, UnitDipole, Vector, Wall, WallShape,
+    Body, CoilWinding, Density, FieldSources, Flexible, ForcePlace, Frame, InnerForce, MagnetBody, MagnetMaterial,
+    Profile, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, TipOnWall, UnitDipole, Vector, Wall,
+    WallShape,
 };
 use std::fmt::Write;
 
@@ -52,13 +53,25 @@ fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt:
     if let Some(density) = loads.fluid_density {
         writeln!(text, "fluid_density = {density:?}")?;
     }
-    for InnerForce { name, segment, place, force } in &scene.inner_forces {
+    let is_at_tip = |load: &&InnerForce| load.place == ForcePlace::Tip;
+    for InnerForce { name, force, moment, frame, .. } in scene.inner_forces.iter().filter(is_at_tip) {
+        let value = moment.unwrap_or(*force);
+        writeln!(text, "{name} = {{ value = {value:?}, frame = \"{}\" }}", frame.name())?;
+    }
+    for load in scene.inner_forces.iter().filter(|load| !is_at_tip(load)) {
+        let InnerForce { name, segment, place, force, moment, frame } = load;
         let segment = quoted(&scene.segments[*segment].name);
         writeln!(text, "\n[[{prefix}load]]\nname = {}\nsegment = {segment}", quoted(name))?;
         match place {
             ForcePlace::At(at) => writeln!(text, "at = {at:?}\nforce = {force:?}")?,
-            ForcePlace::Middle => writeln!(text, "force = {force:?}")?,
             ForcePlace::Along => writeln!(text, "force_per_length = {force:?}")?,
+            ForcePlace::Middle | ForcePlace::Tip => writeln!(text, "force = {force:?}")?,
+        }
+        if let Some(moment) = moment {
+            writeln!(text, "moment = {moment:?}")?;
+        }
+        if *frame != Frame::World {
+            writeln!(text, "frame = \"{}\"", frame.name())?;
         }
     }
     if let Some(wall) = &scene.wall {
@@ -85,7 +98,10 @@ fn write_sources(text: &mut String, sources: &FieldSources, prefix: &str) -> std
         writeln!(text, "\n[[{prefix}magnet]]\nname = {}\nposition = {:?}", quoted(&magnet.name), magnet.position)?;
         writeln!(text, "moment = {:?}\nrotation = {:?}", magnet.moment, magnet.rotation)?;
         writeln!(text, "strength = {:?}\nclearance = {:?}", magnet.strength, magnet.clearance)?;
-        if let Some(MagnetBody { axis, length, diameter }) = magnet.body {
+        if let Some(MagnetBody { axis, length, diameter, is_exact }) = magnet.body {
+            if is_exact {
+                writeln!(text, "field = \"exact\"")?;
+            }
             writeln!(text, "axis = {axis:?}\nlength = {length:?}\ndiameter = {diameter:?}")?;
         }
     }

@@ -14,6 +14,10 @@ pub(super) struct Segment {
     pub u_star_rise: Vector3<f64>,
     /// Force per length; on a rigid segment the whole force.
     pub load: Vector3<f64>,
+    /// On a rigid segment in a field that varies.
+    pub couple: Vector3<f64>,
+    /// Whether both turn with it, and are in the body frame.
+    pub follows: bool,
     /// Dipole per length; on a rigid segment the whole dipole.
     pub mu: Vector3<f64>,
     /// Kse^-1, its diagonal.
@@ -106,10 +110,13 @@ impl Chain {
                 load: scaled(flexible.load, units.load()),
                 mu: scaled(flexible.dipole, units.dipole() / units.length),
                 C_se: scaled(flexible.shear_compliance, 1.0 / units.force),
+                ..Segment::default()
             },
             RodSegment::Rigid(rigid) => Segment {
                 length: rigid.length / units.length,
                 load: scaled(rigid.weight, units.force),
+                couple: scaled(rigid.couple, units.moment()),
+                follows: rigid.follows,
                 mu: scaled(rigid.dipole, units.dipole()),
                 ..Segment::default()
             },
@@ -155,14 +162,17 @@ impl Chain {
         for segment in &mut chain.numbers.segments {
             segment.mu *= lambda;
             segment.load *= lambda;
+            segment.couple *= lambda;
         }
         chain.set_forces();
         chain
     }
 
-    /// Whether a dead moment acts at the tip: its work depends on the way, and no energy tells stability. S6
-    pub(super) fn has_dead_moment(&self) -> bool {
-        self.numbers.l_tip != Vector3::zeros()
+    /// Whether a dead moment acts, or a load that turns with the rod: its work depends on the way, and no energy tells stability. S6
+    pub(super) fn has_no_energy(&self) -> bool {
+        let zero = Vector3::zeros();
+        let of = |segment: &Segment| segment.couple != zero || segment.follows && segment.load != zero;
+        self.numbers.l_tip != zero || self.numbers.segments.iter().any(of)
     }
 
     /// n at the proximal end of segment j.
@@ -214,6 +224,7 @@ impl Chain {
         for (d, segment) in variation.numbers.segments.iter_mut().zip(&self.numbers.segments) {
             d.mu = segment.mu;
             d.load = segment.load;
+            d.couple = segment.couple;
         }
         self.loaded(lambda).with_forces(variation)
     }
@@ -253,6 +264,7 @@ impl Chain {
             Slot::ShearCompliance(j, axis) => numbers.segments[j].C_se = unit(axis),
             Slot::Dipole(j, axis) | Slot::DipolePerLength(j, axis) => numbers.segments[j].mu = unit(axis),
             Slot::Load(j, axis) | Slot::Weight(j, axis) => numbers.segments[j].load = unit(axis),
+            Slot::Couple(j, axis) => numbers.segments[j].couple = unit(axis),
         }
         self.with_forces(variation)
     }

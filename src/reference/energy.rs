@@ -26,12 +26,12 @@ const INTERVALS_AT_NODES: usize = 2;
 
 /// Energy of the state with this moment (N·m, world frame), or moment and force, at the base, against loads as they stand (J).
 ///
-/// Equilibria of one rod can be compared by it. `None` where the rod cannot be integrated, and with a tip moment,
-/// which has no potential. A base moment does not tell the state of a limp rod: there it must be that of the
+/// Equilibria of one rod can be compared by it. `None` where the rod cannot be integrated, and under loads that have
+/// none: moments, and forces that turn with the rod. A base moment does not tell the state of a limp rod: there it must be that of the
 /// equilibrium from rest.
 pub fn energy(rod: &Rod, base: impl Into<BaseWrench>) -> Option<f64> {
     let base = base.into();
-    if rod.tip_moment != [0.0; 3] {
+    if !rod.has_energy() {
         return None;
     }
     if let Some(found) = varying::energy(rod, &varying::Of::Base(base)) {
@@ -49,7 +49,7 @@ pub fn energy(rod: &Rod, base: impl Into<BaseWrench>) -> Option<f64> {
 
 /// Energy of an equilibrium of this rod (J), against the loads that it bears; `None` as for [`energy`].
 pub fn energy_of(rod: &Rod, equilibrium: &Equilibrium) -> Option<f64> {
-    if rod.tip_moment != [0.0; 3] {
+    if !rod.has_energy() {
         return None;
     }
     if let Some(found) = varying::energy(rod, &varying::Of::Equilibrium(equilibrium)) {

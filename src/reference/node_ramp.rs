@@ -184,7 +184,7 @@ fn correct(
 /// Evidence of the branch from these passages.
 fn regular(chain: &Chain, passages: &Passages, is_definite: bool) -> Regular {
     let w = passages.inverse() * passages.tip().R.transpose();
-    Regular { is_dead: chain.has_dead_moment(), is_definite, margin: margin(chain, passages), w, is_inverse: true }
+    Regular { is_dead: chain.has_no_energy(), is_definite, margin: margin(chain, passages), w, is_inverse: true }
 }
 
 /// sqrt(3) / |W_s^-1|. `None` without a tip moment, where a loss of stability is a singular W.

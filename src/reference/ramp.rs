@@ -178,7 +178,7 @@ pub(super) struct Regular {
 impl Regular {
     fn new(chain: &Chain, lambda: f64, passage: &Passage, is_definite: bool) -> Regular {
         Regular {
-            is_dead: chain.has_dead_moment(),
+            is_dead: chain.has_no_energy(),
             is_definite,
             margin: symmetric_margin(chain, lambda, passage),
             w: passage.tip.R * passage.matrix(),

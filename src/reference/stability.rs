@@ -38,7 +38,7 @@ pub(super) fn margin(inverse: Option<Matrix3<f64>>, is_unstable: bool) -> f64 {
 /// Whether an equilibrium with this det W and stability index is unstable. Under a dead tip moment the index bounds stability from
 /// one side only, and det W tells divergence. S6
 pub(super) fn is_unstable(chain: &Chain, determinant: f64, index: usize) -> bool {
-    let is_undiverged = chain.has_dead_moment() && determinant > 0.0;
+    let is_undiverged = chain.has_no_energy() && determinant > 0.0;
     index > 0 && !is_undiverged
 }
 

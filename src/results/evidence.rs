@@ -1,22 +1,22 @@
 //! The evidence for what a row says of stability.
 
-use crate::model::record::TIP_MOMENT_AT;
-use crate::model::{Batch, Parameter, Plan, Quantity, Solutions};
+use crate::model::record::{COUPLE_AT, TIP_MOMENT_AT, WEIGHT_AT};
+use crate::model::{Batch, Parameter, Plan, Quantity, SegmentPlan, Solutions};
 use crate::spec::SweepSpec;
 
-/// The evidence for an equilibrium's stability. Under a dead tip moment no energy tells it: its work depends on the
-/// way of a rotation.
+/// The evidence for an equilibrium's stability. Under a dead moment, and under a load that turns with the rod, no energy tells it: the work
+/// depends on the way of a rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StabilityEvidence {
     /// All loads have an energy, whose second variation decides: stable where it is positive, unstable where it is not.
     Energy,
-    /// A dead tip moment acts, and the symmetric part of the stiffness is positive: a damped rod returns from every small
+    /// A load without energy acts, and the symmetric part of the stiffness is positive: a damped rod returns from every small
     /// deviation. That is enough, and it is not needed.
     SymmetricPart,
-    /// A dead tip moment acts, and det(dr/dm0) tells divergence: a row that is solved has not diverged on its way from rest, one
+    /// A load without energy acts, and det(dr/dm0) tells divergence: a row that is solved has not diverged on its way from rest, one
     /// that is `unstable` has. Flutter is not excluded.
     Divergence,
-    /// A dead tip moment acts away from the path from rest, where det(dr/dm0) above zero says nothing.
+    /// A load without energy acts away from the path from rest, where det(dr/dm0) above zero says nothing.
     None,
 }
 
@@ -42,7 +42,7 @@ impl StabilityEvidence {
         if !solutions.is_equilibrium(row) {
             return None;
         }
-        Some(if !has_dead_moment(plan, batch, sample) {
+        Some(if !has_no_energy(plan, batch, sample) {
             StabilityEvidence::Energy
         } else if index == 0.0 {
             StabilityEvidence::SymmetricPart
@@ -54,13 +54,20 @@ impl StabilityEvidence {
     }
 }
 
-/// Whether a dead moment acts at the tip of a sample.
-pub(crate) fn has_dead_moment(plan: &Plan, batch: &Batch, sample: usize) -> bool {
-    (0..3).any(|axis| plan.entry(batch, sample, TIP_MOMENT_AT + axis) != 0.0)
+/// Whether a load without energy acts on a sample.
+pub(crate) fn has_no_energy(plan: &Plan, batch: &Batch, sample: usize) -> bool {
+    let acts = |at: usize| (at..at + 3).any(|entry| plan.entry(batch, sample, entry) != 0.0);
+    let on = |segment: &SegmentPlan| {
+        segment.has_couple && acts(segment.record + COUPLE_AT) || segment.follows && acts(segment.record + WEIGHT_AT)
+    };
+    acts(TIP_MOMENT_AT) || plan.segments.iter().any(on)
 }
 
-/// Whether a dead moment may act at the tip of some sample.
-pub(super) fn may_have_dead_moment(spec: &SweepSpec) -> bool {
+/// Whether a load without energy may act on some sample.
+pub(super) fn may_have_no_energy(spec: &SweepSpec) -> bool {
+    if spec.scene.has_load_without_energy() {
+        return true;
+    }
     let is_given = spec.scene.loads.tip_moment.is_some_and(|moment| moment != [0.0; 3]);
     let moves = |parameter: &Parameter| matches!(parameter, Parameter::TipMoment(_));
     is_given || spec.axis_parameters().iter().flatten().any(moves)

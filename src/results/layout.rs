@@ -1,7 +1,7 @@
 //! Rows of a result: the sample, its parameters, its status, quantities, derivatives. Column by column out of solutions.
 
 use super::contact::{Contact, ContactFlag, ContactNumber};
-use super::evidence::{StabilityEvidence, may_have_dead_moment};
+use super::evidence::{StabilityEvidence, may_have_no_energy};
 use crate::backend::Precision;
 use crate::clock::Busy;
 use crate::model::{Batch, Parameter, Plan, Quantity, Solutions, Status, Vector, rotation_vector};
@@ -150,7 +150,7 @@ impl Layout {
                 OutputQuantity::Stability => {
                     group("stability.margin", "", &SCALAR, &of(Quantity::StabilityMargin));
                     add("stable".into(), "", Values::Flag(Vec::new()), Source::Stable);
-                    if may_have_dead_moment(spec) {
+                    if may_have_no_energy(spec) {
                         add("stability.evidence".into(), "", Values::Text(Vec::new()), Source::Evidence);
                     }
                 }

@@ -9,7 +9,7 @@ use crate::clock::Busy;
 use crate::model::{
     BaseWrench, Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector,
 };
-use crate::results::evidence::has_dead_moment;
+use crate::results::evidence::has_no_energy;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -183,7 +183,7 @@ impl<'a> BranchSearch<'a> {
                 let is_rod = !batch.bad[sample] && from_rest.status(sample) != Status::BadParameter;
                 let radius = if is_rod { self.plan.moment_bound(batch, sample).max(unit) } else { 0.0 };
                 let is_limp = is_rod && self.plan.sample_rod(batch, sample).is_too_limp();
-                let is_dead = has_dead_moment(&self.plan, batch, sample);
+                let is_dead = has_no_energy(&self.plan, batch, sample);
                 Found { unit, radius, is_over: !is_rod || is_limp, is_limp, is_dead, ..Found::default() }
             })
             .collect();

@@ -11,8 +11,8 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, Test
 use rayon::prelude::*;
 use rodsweep::input::write_scene;
 use rodsweep::model::{
-    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, InnerForce, Loads, Node, Profile, Rigid, Scene, Segment,
-    SegmentKind, ShearElasticity, Stiffness, Vector,
+    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, Frame, InnerForce, Loads, Node, Profile, Rigid, Scene,
+    Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
 };
 use std::path::Path;
 
@@ -66,7 +66,7 @@ fn inner_force(segments: &[Segment], (at, share, force): (usize, f64, [f64; 3]))
         SegmentKind::Flexible(_) => ForcePlace::At(share * segments[segment].length),
         SegmentKind::Rigid(_) => ForcePlace::Middle,
     };
-    InnerForce { name: "push".into(), segment, place, force }
+    InnerForce { name: "push".into(), segment, place, force, moment: None, frame: Frame::World }
 }
 
 fn name(segments: &mut [Segment]) {

@@ -247,6 +247,7 @@ fn move_slot<D: Number>(dual: &mut DualRod<D>, slot: Slot, by: D) {
         | Slot::SourceMoment(..)
         | Slot::MapScale(_)
         | Slot::MapPosition(..) => unreachable!("the field is uniform"),
+        Slot::Couple(..) => unreachable!("all loads have an energy"),
         Slot::WallPosition(_)
         | Slot::WallRotation(_)
         | Slot::WallRadius

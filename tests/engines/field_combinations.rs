@@ -120,7 +120,9 @@ fn a_rigid_start_moves_the_base() {
         }
         // What the field does to the holder's dipole is all that the clamp feels more, but for weight.
         let field = there.field.as_ref().expect("a field that varies");
-        let RodSegment::Rigid(RigidRod { length: holder, dipole, weight }) = there.segments[0] else { panic!("rigid") };
+        let RodSegment::Rigid(RigidRod { length: holder, dipole, weight, .. }) = there.segments[0] else {
+            panic!("rigid")
+        };
         let R = there.base_rotation;
         let mu: Vector = std::array::from_fn(|row| (0..3).map(|k| R[row][k] * dipole[k]).sum());
         let mut force = weight;

@@ -81,7 +81,8 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
         | Slot::DipolePerLength(j, _)
         | Slot::ShearCompliance(j, _)
         | Slot::Dipole(j, _)
-        | Slot::Weight(j, _) => move_segment(&mut rod.segments[j], slot, by),
+        | Slot::Weight(j, _)
+        | Slot::Couple(j, _) => move_segment(&mut rod.segments[j], slot, by),
     }
     rod
 }
@@ -129,6 +130,7 @@ fn move_segment(segment: &mut RodSegment, slot: Slot, by: f64) {
         (Flexible(segment), Slot::ShearCompliance(_, axis)) => segment.shear_compliance[axis.index()] += by,
         (Rigid(segment), Slot::Dipole(_, axis)) => segment.dipole[axis.index()] += by,
         (Rigid(segment), Slot::Weight(_, axis)) => segment.weight[axis.index()] += by,
+        (Rigid(segment), Slot::Couple(_, axis)) => segment.couple[axis.index()] += by,
         (segment, slot) => panic!("{segment:?} has no {slot:?}"),
     }
 }

@@ -90,9 +90,19 @@ fn mistakes_name_key_and_remedy() {
         (named("force_per_length = [0, 1, 0]"), "load[0].segment", "distributed_force"),
         (named("segment = \"tube\"\nat = 0.01\nforce_per_length = [0, 1, 0]"), "load[0].at", "all along"),
         (named("at = 0.01\nforce = [0, 1, 0]\nforce_per_length = [0, 1, 0]"), "load[0].force_per_length", "its own"),
-        (named("at = 0.01\nforce = [0, 1, 0]\nframe = \"body\""), "load[0].frame", "no energy"),
+        (named("segment = \"tube\"\nforce_per_length = [0, 1, 0]\nframe = \"body\""), "load[0].frame", "per length"),
+        (named("segment = \"tube\"\nforce_per_length = [0, 1, 0]\nmoment = [0, 1, 0]"), "load[0].moment", "its own"),
+        ("[loads]\ntip_force = { frame = \"body\" }".into(), "loads.tip_force.value", "three components"),
+        ("[loads]\ntip_force = { value = [0, 1, 0], frame = \"bdy\" }".into(), "loads.tip_force.frame", "did you mean"),
+        (
+            format!(
+                "{}\n[wall]\nkind = \"plane\"\nposition = [0, 0.1, 0]\nnormal = [0, -1, 0]\n",
+                named("at = 0.01\nmoment = [0, 1, 0]")
+            ),
+            "load[0]",
+            "no energy",
+        ),
         (named("at = 0.01\nforce = [0, 1, 0]\nframe = \"wrld\""), "load[0].frame", "did you mean"),
-        (named("at = 0.01\nmoment = [0, 1, 0]"), "load[0].moment", "not modelled"),
         (named("at = 0.01\nforce = [0, \"1 m\", 0]"), "load[0].force[1]", "force"),
         (named("at = 0.01\nforce = [0, 1, 0]").replace("push", "gravity"), "load[0].name", "two loads"),
         (named("at = 0.01\nforce = [0, 1, 0]").repeat(2).replace("][[", "]\n[["), "load[1].name", "two loads"),

@@ -95,7 +95,7 @@ fn base_curvature_takes_leading_rigid_segments_into_account() {
     rod.flux_density = [0.0, 3.0, 0.0];
     rod.tip_force = [1.0, 0.0, 0.0];
     let (dipole, weight) = ([1e-3, 0.0, 0.0], [0.0, 0.2, 0.0]);
-    rod.segments.insert(0, RodSegment::Rigid(RigidRod { length: 0.1, dipole, weight }));
+    rod.segments.insert(0, RodSegment::Rigid(RigidRod { length: 0.1, dipole, weight, ..RigidRod::default() }));
     let RodSegment::Flexible(FlexibleRod { stiffness, .. }) = rod.segments[1] else { panic!() };
     // m - mu x B - L t x n - L/2 t x w; t x (1, 0, 0) = (0, 1, 0), t x (0, 0.2, 0) = (-0.2, 0, 0).
     let m = [0.5 + 0.01, 0.6 - 0.1, 0.7 - 3e-3];

@@ -156,7 +156,7 @@ impl Scale {
             Parameter::MapPosition(..) => (value - self.length, value + self.length),
             Parameter::ArrayCurrent(..) => either(CURRENT_LIMIT.max(2.0 * value.abs())),
             Parameter::TipForce(_) | Parameter::InnerForce(..) => either(self.force),
-            Parameter::TipMoment(_) => either(self.moment),
+            Parameter::TipMoment(_) | Parameter::InnerMoment(..) => either(self.moment),
             Parameter::Gravity(_) => either(10.0),
             Parameter::DistributedForce(_) | Parameter::ForceAlong(..) => either(3.0 * self.force / self.length),
             Parameter::BasePosition(_) => either(0.5 * self.length),

@@ -167,7 +167,7 @@ impl<'a> Scenery<'a> {
         if let Some(coil) = self.shown().find(|source| source.is_coil()) {
             entries.push(body_entry("electromagnet (size not to scale)".into(), coil));
         }
-        if !magnets.is_empty() {
+        if magnets.iter().any(|magnet| magnet.clearance.is_some()) {
             entries.push(line_entry("clearance", CLEARANCE));
         }
         if self.surroundings.sources.iter().any(|source| !self.is_shown(source)) {

@@ -239,7 +239,8 @@ fn of_magnet(magnet: &Magnet) -> FieldSource {
         coil: None,
         is_swept: false,
         dipoles: dipoles.iter().map(|dipole| dipole.position).collect(),
-        clearance: Some(magnet.clearance),
+        // That of an exact cylinder is about its surface, which is drawn.
+        clearance: magnet.body.is_none_or(|body| !body.is_exact).then_some(magnet.clearance),
     }
 }
 

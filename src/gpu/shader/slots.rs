@@ -140,10 +140,12 @@ fn parts(slot: Slot) -> (usize, usize, usize) {
         Slot::FieldOrigin(axis) => at(17, axis),
         Slot::SourcePosition(source, axis) => (18, source, axis.index()),
         Slot::SourceMoment(source, axis) => (19, source, axis.index()),
-        // Plans of a field sampled on a grid and of a wall are refused; in a uniform one these move nothing, as the base does.
-        Slot::MapPosition(_, axis) | Slot::WallPosition(axis) | Slot::WallRotation(axis) | Slot::WallAnchor(axis) => {
-            at(0, axis)
-        }
+        // Plans of a field sampled on a grid, of a wall and of couples inside of the rod are refused; these move nothing, as the base does.
+        Slot::Couple(_, axis)
+        | Slot::MapPosition(_, axis)
+        | Slot::WallPosition(axis)
+        | Slot::WallRotation(axis)
+        | Slot::WallAnchor(axis) => at(0, axis),
         Slot::MapScale(_) | Slot::WallRadius | Slot::WallTipRadius | Slot::WallCompliance => at(0, Axis::X),
         Slot::TipForce(axis) => at(3, axis),
         Slot::TipMoment(axis) => at(4, axis),

@@ -3,7 +3,8 @@
 //! In the units of the chain, positions from the base; the constant mu0 / 4 pi is one there.
 
 use super::map::Map;
-use crate::model::{CoilLoad, RodField, Slot, Units, gradient_matrix};
+use crate::model::{CoilLoad, Cylinder, RodField, Slot, Units, gradient_matrix};
+use crate::reference::chain::matrix;
 use nalgebra::{Matrix3, Vector3};
 
 /// Gauss and Legendre's points and weights on [-1, 1], those on one side.
@@ -20,6 +21,8 @@ pub(super) struct Dipole {
     pub X: Vector3<f64>,
     pub M: Vector3<f64>,
     pub clearance: f64,
+    /// A cylinder along M, in place of a point.
+    pub cylinder: Option<Cylinder>,
 }
 
 /// B0 + G (x - x0) + the fields of dipoles.
@@ -50,12 +53,18 @@ pub(super) struct FieldChange {
 impl Dipole {
     /// B at a distance r from it.
     fn B(&self, r: Vector3<f64>) -> Vector3<f64> {
+        if let Some(cylinder) = &self.cylinder {
+            return Vector3::from(cylinder.field(self.M.into(), r.into()).0);
+        }
         let r2 = r.norm_squared();
         (3.0 * self.M.dot(&r) / r2 * r - self.M) / r2.powf(1.5) // F0
     }
 
     /// The gradient of its field.
     fn G(&self, r: Vector3<f64>) -> Matrix3<f64> {
+        if let Some(cylinder) = &self.cylinder {
+            return matrix(&cylinder.field(self.M.into(), r.into()).1);
+        }
         let (M, r2) = (self.M, r.norm_squared());
         let b = M.dot(&r);
         let symmetric = M * r.transpose() + r * M.transpose() + b * Matrix3::identity();
@@ -64,6 +73,9 @@ impl Dipole {
 
     /// Second derivatives of mu . B.
     fn T3(&self, r: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
+        if let Some(cylinder) = &self.cylinder {
+            return self.T3_of_cylinder(cylinder, r, mu);
+        }
         let (M, r2) = (self.M, r.norm_squared());
         let (a, b, c) = (mu.dot(&r), M.dot(&r), mu.dot(&M));
         let one = Matrix3::identity();
@@ -71,6 +83,39 @@ impl Dipole {
         let first = outer(mu, M) + c * one;
         let second = outer(b * mu + a * M, r) + a * b * one + c * r * r.transpose();
         (3.0 * first - second * (15.0 / r2) + r * r.transpose() * (105.0 * a * b / (r2 * r2))) / r2.powf(2.5)
+    }
+
+    /// The same of a cylinder, term by term of the potential's third derivatives. F12
+    fn T3_of_cylinder(&self, cylinder: &Cylinder, r: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
+        let axis = self.M.normalize();
+        let z = axis.dot(&r);
+        let q = r - z * axis;
+        let of = cylinder.slopes(q.norm_squared(), z);
+        let across = Matrix3::identity() - axis * axis.transpose();
+        let (u, nu) = (across * mu, axis.dot(&mu));
+        let c = q.dot(&u);
+        let outer = |x: Vector3<f64>, y: Vector3<f64>| x * y.transpose() + y * x.transpose();
+        let in_plane = 4.0 * of.ss * (across * c + outer(q, u)) + 8.0 * of.sss * c * q * q.transpose();
+        let with_axis = nu * (2.0 * of.sz * across + 4.0 * of.ssz * q * q.transpose());
+        let mixed = 2.0 * of.sz * u + (4.0 * of.ssz * c + 2.0 * of.szz * nu) * q;
+        let along = (2.0 * of.szz * c + of.zzz * nu) * axis * axis.transpose();
+        -self.M.norm() * (in_plane + with_axis + outer(mixed, axis) + along)
+    }
+
+    /// What a change of the moment changes of B and of the force on mu at a distance r: a cylinder turns with its moment.
+    fn by_moment(&self, dM: Vector3<f64>, r: Vector3<f64>, mu: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        if self.cylinder.is_none() {
+            let grown = Self { M: dM, ..*self };
+            return (grown.B(r), grown.G(r) * mu);
+        }
+        let (size, axis) = (self.M.norm(), self.M.normalize());
+        let (grows, w) = (axis.dot(&dM) / size, axis.cross(&dM) / size);
+        let (B, G) = (self.B(r), self.G(r));
+        let F = G * mu;
+        // Turned, it has the field that it had, turned.
+        let dB = w.cross(&B) - G * w.cross(&r);
+        let dF = w.cross(&F) - G * w.cross(&mu) - self.T3(r, mu) * w.cross(&r);
+        (grows * B + dB, grows * F + dF)
     }
 }
 
@@ -81,6 +126,7 @@ impl Field {
             X: place(dipole.position),
             M: Vector3::from(dipole.moment) / units.source_moment(),
             clearance: dipole.clearance / units.length,
+            cylinder: dipole.cylinder.map(|cylinder| cylinder.scaled(units.length)),
         };
         let line = || {
             let each = |(x, weight): &(f64, f64)| [-1.0, 1.0].map(|side| (0.5 + 0.5 * side * x, 0.5 * weight));
@@ -140,9 +186,10 @@ impl Field {
         let mut dF = change.dG * mu;
         if let Some((k, d)) = change.of_dipole {
             let dipole = self.dipoles[k];
-            let (r, grown) = (x - dipole.X, Dipole { M: d.M, ..dipole });
-            dB += grown.B(r) - dipole.G(r) * d.X;
-            dF += grown.G(r) * mu - dipole.T3(r, mu) * d.X;
+            let r = x - dipole.X;
+            let (by_B, by_F) = dipole.by_moment(d.M, r, mu);
+            dB += by_B - dipole.G(r) * d.X;
+            dF += by_F - dipole.T3(r, mu) * d.X;
         }
         if let Some((k, scale, dX)) = change.of_map {
             let map = &self.maps[k];
@@ -162,11 +209,26 @@ impl Field {
         let along = to - from;
         let of = |dipole: &Dipole| {
             let r = from - dipole.X;
+            if let Some(cylinder) = &dipole.cylinder {
+                return of_cylinder(cylinder, dipole.M.normalize(), (r, along)) - dipole.clearance;
+            }
             let share = (-r.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             (r + share * along).norm() - dipole.clearance
         };
         self.dipoles.iter().map(of).fold(f64::INFINITY, f64::min)
     }
+}
+
+/// Distance of a straight piece from the surface of a cylinder about the origin: along a line that of what is convex has one least value.
+fn of_cylinder(cylinder: &Cylinder, axis: Vector3<f64>, (from, along): (Vector3<f64>, Vector3<f64>)) -> f64 {
+    const CUTS: usize = 40;
+    let at = |share: f64| cylinder.distance(axis.into(), (from + share * along).into());
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..CUTS {
+        let third = (high - low) / 3.0;
+        if at(low + third) < at(high - third) { high -= third } else { low += third }
+    }
+    at(0.5 * (low + high))
 }
 
 impl FieldChange {

@@ -321,8 +321,13 @@ fn add_rigid(q: &mut Sum, rod: &Varying, j: usize, state: &State, forms: &Forms)
     let segment = rod.chain.numbers.segments[j];
     let t: Vector3<f64> = state.R.column(2).into();
     let mu = state.R * segment.mu;
-    let mut end = state.n - segment.load;
-    let mut lever = 0.5 * segment.load;
+    let load = if segment.follows { state.R * segment.load } else { segment.load };
+    if segment.follows {
+        // The symmetric part of what it works as it turns. F11
+        q.add(&forms.at_work, hat(load), &forms.w);
+    }
+    let mut end = state.n - load;
+    let mut lever = 0.5 * load;
     let has_arm = rod.chain.rigid_force_arm;
     for (xi, share) in &rod.field.places(state.p, segment.length * t) {
         let x = state.p + xi * segment.length * t;

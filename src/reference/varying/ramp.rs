@@ -125,7 +125,7 @@ fn follow(rod: &Varying, pace: f64) -> Path {
                         (true, _) => End::TooNear,
                         (_, true) => End::Outside,
                         _ if is_firm(&last) => End::GaveUp,
-                        _ if !rod.chain.has_dead_moment() && last.least.is_none_or(|least| least > at_fold) => {
+                        _ if !rod.chain.has_no_energy() && last.least.is_none_or(|least| least > at_fold) => {
                             End::GaveUp
                         }
                         _ => End::Fold,
@@ -148,7 +148,7 @@ fn is_firm(at: &Step) -> bool {
 fn continues(rod: &Varying, last: &Step, next: &Step, soft: f64) -> bool {
     let stays_definite = last.least.zip(next.least).is_some_and(|(before, least)| !leaps(least, before, soft));
     let change = || last.w.try_inverse().map_or(f64::NAN, |inverse| (inverse * next.w - Matrix6::identity()).norm());
-    stays_definite || rod.chain.has_dead_moment() && change() < DEPARTURE
+    stays_definite || rod.chain.has_no_energy() && change() < DEPARTURE
 }
 
 /// Whether a step changes the least eigenvalue so much, where it is small, that stability may be lost and won again between.
@@ -202,7 +202,7 @@ fn correct(
                 return Err(Refused::Outside);
             }
             let least = found.least_eigenvalue();
-            if least.is_none() && !rod.chain.has_dead_moment() {
+            if least.is_none() && !rod.chain.has_no_energy() {
                 return Err(Refused::Other);
             }
             let mut w = passage.matrix();

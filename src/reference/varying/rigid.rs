@@ -10,7 +10,9 @@ pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut Sta
     let segment = rod.chain.numbers.segments[j];
     let field = &rod.field;
     let lever = if rod.chain.rigid_force_arm { 1.0 } else { 0.0 };
-    let (L, R, load) = (segment.length, state.R, segment.load);
+    let (L, R) = (segment.length, state.R);
+    let in_world = |v: Vector3<f64>| if segment.follows { R * v } else { v };
+    let (load, couple) = (in_world(segment.load), in_world(segment.couple));
     let t: Vector3<f64> = R.column(2).into();
     let mu = R * segment.mu;
     let (mut n, mut m) = (state.n - load, R * state.m_body);
@@ -22,13 +24,15 @@ pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut Sta
         n -= force;
         m -= share * mu.cross(&field.B(x)) + lever * arm.cross(&force); // F3, F4
     }
-    m -= lever * L * t.cross(&(n + 0.5 * load)); // F3, F4
+    m -= lever * L * t.cross(&(n + 0.5 * load)) + couple; // F3, F4, F11
     for (column, change) in state.columns.iter_mut().zip(changes) {
         let d = change.of.numbers.segments[j];
         let (w, dp) = (column.w, column.dp);
         let dmu = w.cross(&mu) + R * d.mu;
         let darm = L * w.cross(&t) + d.length * t;
-        let mut dn = column.dn - d.load;
+        let turned = |v: Vector3<f64>| if segment.follows { w.cross(&v) } else { Vector3::zeros() };
+        let dload = in_world(d.load) + turned(load); // F11
+        let mut dn = column.dn - dload;
         let mut dm = w.cross(&(R * state.m_body)) + R * column.dm_body;
         for (xi, share) in places.iter().copied() {
             let (arm, dx) = (xi * L * t, dp + xi * darm);
@@ -42,8 +46,9 @@ pub(super) fn cross(rod: &Varying, j: usize, changes: &[Change], state: &mut Sta
             let by_arm = (xi * darm).cross(&force) + arm.cross(&dforce);
             dm -= share * (dmu.cross(&B) + mu.cross(&dB)) + lever * by_arm; // F6
         }
-        let half = 0.5 * d.load;
+        let half = 0.5 * dload;
         dm -= lever * (darm.cross(&(n + 0.5 * load)) + L * t.cross(&(dn + half)));
+        dm -= in_world(d.couple) + turned(couple); // F11
         column.dp += darm;
         column.dn = dn;
         column.dm_body = R.tr_mul(&(dm - w.cross(&m)));

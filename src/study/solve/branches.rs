@@ -61,7 +61,7 @@ impl FoundBranch {
         let mut value = self.solved.to_json();
         value["energy"] = json!(self.energy);
         value["from_rest"] = json!(self.is_from_rest);
-        if self.solved.has_dead_moment() {
+        if self.solved.has_no_energy() {
             let evidence = self.solved.evidence(self.is_from_rest);
             value["stability_evidence"] = json!(evidence.map(StabilityEvidence::name));
         }
@@ -221,8 +221,8 @@ impl fmt::Display for AllBranches {
     /// A table with a line for each equilibrium; positions in mm.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let heads = ["branch", "energy [J]", "index", "margin", "x [mm]", "y", "z", "status", "from rest"];
-        let has_dead_moment = self.branches.iter().any(|branch| branch.solved.has_dead_moment());
-        let evidence = has_dead_moment.then_some("evidence");
+        let has_no_energy = self.branches.iter().any(|branch| branch.solved.has_no_energy());
+        let evidence = has_no_energy.then_some("evidence");
         let mut table = TextTable::new(heads.into_iter().chain(evidence));
         for (k, branch) in self.branches.iter().enumerate() {
             let solved = &branch.solved;
@@ -235,7 +235,7 @@ impl fmt::Display for AllBranches {
             cells.extend(solved.tip_position().iter().map(|x| format!("{:.6}", x * 1e3)));
             cells.push(solved.status().name().into());
             cells.push(if branch.is_from_rest { "yes" } else { "" }.into());
-            if has_dead_moment {
+            if has_no_energy {
                 let evidence = branch.solved.evidence(branch.is_from_rest);
                 cells.push(evidence.map_or("", StabilityEvidence::name).into());
             }

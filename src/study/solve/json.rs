@@ -73,7 +73,7 @@ fn equilibrium(solved: &Solved) -> Value {
             "residual": jacobian.residual().map(rows),
         },
     });
-    if solved.has_dead_moment() {
+    if solved.has_no_energy() {
         value["stability_evidence"] = json!(solved.stability_evidence().map(StabilityEvidence::name));
     }
     if let (Some(normal_force), Some(force)) = (jacobian.normal_force(), jacobian.force()) {

@@ -4,7 +4,7 @@ use crate::engines::Engine;
 use crate::model::{
     BaseWrench, Batch, Matrix, Plan, Quantity, Rod, Scene, Solutions, Status, Vector, base_curvature, tip_curvature,
 };
-use crate::results::evidence::has_dead_moment;
+use crate::results::evidence::has_no_energy;
 use crate::results::{Contact, StabilityEvidence, pressed};
 
 /// A solved scene. SI units; vectors stand in the world frame unless said otherwise.
@@ -163,8 +163,8 @@ impl Solved {
     }
 
     /// Whether a dead moment acts at the tip.
-    pub(super) fn has_dead_moment(&self) -> bool {
-        has_dead_moment(&self.plan, &self.batch, 0)
+    pub(super) fn has_no_energy(&self) -> bool {
+        has_no_energy(&self.plan, &self.batch, 0)
     }
 
     /// Estimated error of tip position over rod length or of tip rotation (rad), whichever is larger.

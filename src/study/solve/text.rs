@@ -100,7 +100,7 @@ fn write_numbers(solved: &Solved, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let stable = match solved.is_stable() {
         true => "stable",
         false if solved.stability_margin() > 0.0 => {
-            "not diverged since rest; under a dead tip moment nothing more is proven of stability"
+            "not diverged since rest; under loads without energy nothing more is proven of stability"
         }
         false => "unstable",
     };

@@ -2,8 +2,8 @@
 
 use super::numbers::Random;
 use rodsweep::model::{
-    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, InnerForce, Loads, Node, Profile, Rigid, STANDARD_GRAVITY,
-    Scene, Segment, SegmentKind, Stiffness, Vector,
+    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, Frame, InnerForce, Loads, Node, Profile, Rigid,
+    STANDARD_GRAVITY, Scene, Segment, SegmentKind, Stiffness, Vector,
 };
 
 /// One bit of a scene's number each: 8192 scenes in a row have every combination once.
@@ -128,7 +128,14 @@ impl Draw<'_> {
             SegmentKind::Flexible(_) => (ForcePlace::At(self.random.unit() * segment.length), force),
             SegmentKind::Rigid(_) => (ForcePlace::Middle, force),
         };
-        vec![InnerForce { name: "push".into(), segment: index, place, force: self.vector(size) }]
+        vec![InnerForce {
+            name: "push".into(),
+            segment: index,
+            place,
+            force: self.vector(size),
+            moment: None,
+            frame: Frame::World,
+        }]
     }
 
     /// Whether each segment is flexible; some are, and some are rigid where the terms ask for it.

@@ -53,6 +53,7 @@ fn size(scene: &Scene, parameter: Parameter) -> f64 {
         Parameter::Gravity(_) => largest(&Parameter::Gravity),
         Parameter::DistributedForce(_) => largest(&Parameter::DistributedForce),
         Parameter::InnerForce(force, _) => largest(&|axis| Parameter::InnerForce(force, axis)),
+        Parameter::InnerMoment(load, _) => largest(&|axis| Parameter::InnerMoment(load, axis)),
         Parameter::ForceAlong(force, _) => largest(&|axis| Parameter::ForceAlong(force, axis)),
         Parameter::Segment(at, S::Current(_)) => largest(&|axis| Parameter::Segment(at, S::Current(axis))),
         Parameter::Segment(at, S::DipolePerLength(_)) => {

@@ -176,6 +176,7 @@ fn swept(scene: &Scene, chain: usize) -> Vec<Parameter> {
         | Parameter::MapScale(_)
         | Parameter::MapPosition(..)
         | Parameter::InnerForce(..)
+        | Parameter::InnerMoment(..)
         | Parameter::ForceAlong(..) => true,
         Parameter::TipForce(_) => scene.loads.tip_force.is_some(),
         Parameter::TipMoment(_) => scene.loads.tip_moment.is_some(),
@@ -219,6 +220,7 @@ fn value(scene: &Scene, sizes: Sizes, parameter: Parameter, random: &mut Random)
         | Parameter::MapPosition(..)
         | Parameter::Wall(_)
         | Parameter::InnerForce(..)
+        | Parameter::InnerMoment(..)
         | Parameter::ForceAlong(..) => return around(random),
     };
     random.within(-size, size)

@@ -229,6 +229,7 @@ fn outside(scene: &Scene, random: &mut Random) -> FieldSources {
         axis: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][(random.unit() * 2.999) as usize],
         length: distance * random.between(0.2, 0.5),
         diameter: distance * random.between(0.2, 0.5),
+        is_exact: false,
     };
     let place = [distance * angle.cos(), distance * angle.sin(), random.within(0.3, 1.3) * length];
     let rotation = rodsweep::model::rotation_matrix(scene.base.rotation);

@@ -55,7 +55,12 @@ impl Random {
             })
         } else {
             let length = self.within(0.005, 0.02);
-            RodSegment::Rigid(RigidRod { length, dipole: self.vector(1e-4), weight: load.map(|x| x * length) })
+            RodSegment::Rigid(RigidRod {
+                length,
+                dipole: self.vector(1e-4),
+                weight: load.map(|x| x * length),
+                ..RigidRod::default()
+            })
         }
     }
 }

@@ -79,6 +79,7 @@ impl Nodes {
                 position: std::array::from_fn(|k| base[k] + distance * at[k]),
                 moment: moment.map(|x| x * size),
                 clearance: 0.0,
+                cylinder: None,
             });
         }
         let counts = [0; 3].map(|_| random.between(NODES.0, NODES.1) as usize);

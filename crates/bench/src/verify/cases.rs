@@ -140,6 +140,7 @@ fn derivatives(scene: &Scene) -> Vec<Parameter> {
         | Parameter::TipForce(_)
         | Parameter::TipMoment(_)
         | Parameter::InnerForce(..)
+        | Parameter::InnerMoment(..)
         | Parameter::ForceAlong(..) => true,
         Parameter::Segment(_, S::Stiffness(axis)) => *axis != StiffnessAxis::Bending,
         Parameter::Segment(_, of) => matches!(of, S::Length | S::RestCurvature(_) | S::Current(_)),

@@ -1,13 +1,14 @@
 //! What changes with what: record entries and chain-rule coefficients that a swept parameter moves.
 
 use super::record::{
-    BASE_D1_AT, BASE_POSITION_AT, BASE_T_AT, DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLUX_DENSITY_AT, LOAD_AT,
+    BASE_D1_AT, BASE_POSITION_AT, BASE_T_AT, COUPLE_AT, DIPOLE_AT, DIPOLE_PER_LENGTH_AT, FLUX_DENSITY_AT, LOAD_AT,
     REST_CURVATURE_AT, SHEAR_COMPLIANCE_AT, STIFFNESS_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT, field_offset,
     record_offsets, wall_offset,
 };
 use super::{
-    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, MagnetParameter, Parameter, Rigid, Rod,
-    RodField, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis, StiffnessAxis, WallParameter,
+    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, ForcePlace, Frame, InnerForce,
+    MagnetParameter, Parameter, Rigid, Rod, RodField, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis,
+    StiffnessAxis, WallParameter,
 };
 use std::ops::Range;
 
@@ -80,10 +81,23 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
         Parameter::Insertion => with_length(&record, 0),
         Parameter::Gravity(axis) | Parameter::DistributedForce(axis) => record.all_loads(component(axis)),
         Parameter::FluidDensity => record.all_loads(0..3),
-        Parameter::InnerForce(force, axis) | Parameter::ForceAlong(force, axis) => match scene.station_index(force) {
-            Some(station) => vec![record.offsets[station] + WEIGHT_AT + axis.index()],
-            None => record.loads(scene.inner_forces[force].segment, component(axis)),
-        },
+        Parameter::InnerForce(force, axis) | Parameter::ForceAlong(force, axis) => {
+            let InnerForce { segment, place, frame, .. } = scene.inner_forces[force];
+            match scene.station_index(force) {
+                Some(station) if place != ForcePlace::Middle => {
+                    vec![record.offsets[station] + WEIGHT_AT + axis.index()]
+                }
+                Some(station) if frame == Frame::Body => {
+                    let couple = (0..3).map(|k| record.offsets[station] + COUPLE_AT + k);
+                    couple.chain([record.offsets[station] + WEIGHT_AT + axis.index()]).collect()
+                }
+                _ => record.loads(segment, component(axis)),
+            }
+        }
+        Parameter::InnerMoment(load, axis) => {
+            let station = scene.station_index(load).into_iter();
+            station.map(|station| record.offsets[station] + COUPLE_AT + axis.index()).collect()
+        }
         Parameter::Wall(parameter) => parameter.entries().iter().map(|at| wall_offset(rod) + at).collect(),
         Parameter::Segment(index, parameter) => segment_entries(parameter, index, &record, swept),
     }
@@ -108,7 +122,7 @@ pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usi
     match parameter {
         Parameter::Insertion => 0..1,
         Parameter::Segment(index, _) => index..index + 1,
-        Parameter::InnerForce(force, _) | Parameter::ForceAlong(force, _) => {
+        Parameter::InnerForce(force, _) | Parameter::InnerMoment(force, _) | Parameter::ForceAlong(force, _) => {
             let segment = scene.inner_forces[force].segment;
             segment..segment + 1
         }
@@ -230,6 +244,9 @@ pub(super) fn changes_chain(scene: &Scene, parameter: Parameter, other: Paramete
         (P::Segment(_, S::Length), P::DistributedForce(_)) => true,
         (P::ForceAlong(force, _), P::Segment(at, S::Length)) => scene.inner_forces[force].segment == at,
         (P::Segment(at, S::Length), P::ForceAlong(force, _)) => scene.inner_forces[force].segment == at,
+        // At a rigid segment's end a force at its middle that turns with it is a couple, too.
+        (P::InnerForce(force, _), P::Segment(at, S::Length)) => scene.inner_forces[force].segment == at,
+        (P::Segment(at, S::Length), P::InnerForce(force, _)) => scene.inner_forces[force].segment == at,
         (P::Segment(..), P::Gravity(_) | P::FluidDensity) => true,
         // Nodes are attached to the material.
         (P::Segment(0, of), P::Insertion) => is_of_node(of),

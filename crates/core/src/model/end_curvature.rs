@@ -87,8 +87,11 @@ pub fn tip_curvature(rod: &Rod, tip_position: Vector, tip_rotation: &Matrix) -> 
     let (mut m, mut n, mut p) = (rod.tip_moment, rod.tip_force, tip_position);
     for segment in rod.segments.iter().rev() {
         match *segment {
-            RodSegment::Rigid(RigidRod { length, dipole, weight }) => {
-                let mu_world = (0..3).fold([0.0; 3], |sum, k| add(sum, directors[k], dipole[k]));
+            RodSegment::Rigid(RigidRod { length, dipole, weight, couple, follows }) => {
+                let in_world = |v: Vector| (0..3).fold([0.0; 3], |sum, k| add(sum, directors[k], v[k]));
+                let mu_world = in_world(dipole);
+                let [weight, couple] = [weight, couple].map(|v| if follows { in_world(v) } else { v });
+                m = add(m, couple, 1.0);
                 m = add(m, cross(mu_world, rod.flux_density), 1.0); // R3
                 if rod.rigid_force_arm {
                     m = add(m, cross(directors[2], n), length); // R3

@@ -1,7 +1,7 @@
 //! A field that varies in space: a linear part, external magnets and arrays of coils, added to the uniform field. F0
 
 use super::rotation::{multiply, rotation_matrix};
-use super::{Axis, FieldDipole, FieldMap, Matrix, RodField, Vector};
+use super::{Axis, Cylinder, FieldDipole, FieldMap, Matrix, RodField, Vector};
 use std::f64::consts::PI;
 
 /// Magnetic constant over 4 pi (T·m/A)
@@ -66,7 +66,7 @@ pub struct Magnet {
     pub strength: f64,
     /// A cylinder; `None`: a dipole, or a sphere.
     pub body: Option<MagnetBody>,
-    /// No part of the rod may come nearer to one of its dipoles (m)
+    /// No part of the rod may come nearer to one of its dipoles, or to the surface of an exact cylinder (m)
     pub clearance: f64,
 }
 
@@ -79,6 +79,8 @@ pub struct MagnetBody {
     pub length: f64,
     /// In m
     pub diameter: f64,
+    /// Whether its field is that of the cylinder, or of the dipoles that have its second moment.
+    pub is_exact: bool,
 }
 
 /// Coils with currents of their own.
@@ -138,6 +140,8 @@ const SHARP_SHORT_LINE: [(f64, f64); 4] = [
 /// falls like r^-4, three points leave at most 0.03 (L/r)^6 = 6e-7, and four 4e-3 (L/r)^8 = 2e-9.
 const SHORT: f64 = 1.0 / 6.0;
 const MIDDLE: [(f64, f64); 1] = [(0.5, 1.0)];
+/// The field of a magnet of this strength is none.
+const LEAST_STRENGTH: f64 = 1e-12;
 
 impl CoilLoad {
     /// Both.
@@ -246,7 +250,7 @@ impl Magnet {
 
     /// Places of its dipoles from its centre before it is turned: those of its second moment. F0
     pub(super) fn offsets(&self) -> Vec<Vector> {
-        let Some(MagnetBody { axis, length, diameter }) = self.body else { return vec![[0.0; 3]] };
+        let Some(MagnetBody { axis, length, diameter, is_exact: false }) = self.body else { return vec![[0.0; 3]] };
         let along = length * length / 12.0 - diameter * diameter / 16.0;
         let scaled = |v: Vector, by: f64| v.map(|x| x * by);
         if along >= 0.0 {
@@ -258,6 +262,12 @@ impl Magnet {
         vec![scaled(one, e), scaled(one, -e), scaled(other, e), scaled(other, -e)]
     }
 
+    /// Its strength; that of an exact cylinder is never nothing, for its moment shows where its axis points.
+    fn shown_strength(&self) -> f64 {
+        let is_exact = self.body.is_some_and(|body| body.is_exact);
+        if is_exact && self.strength.abs() < LEAST_STRENGTH { LEAST_STRENGTH } else { self.strength }
+    }
+
     /// How many dipoles stand for it.
     pub fn dipole_count(&self) -> usize {
         self.offsets().len()
@@ -266,12 +276,14 @@ impl Magnet {
     /// The dipoles that stand for it.
     pub fn dipoles(&self) -> Vec<FieldDipole> {
         let (turned, offsets) = (self.turned(), self.offsets());
-        let share = self.strength / offsets.len() as f64;
+        let share = self.shown_strength() / offsets.len() as f64;
+        let exact = self.body.filter(|body| body.is_exact);
+        let cylinder = exact.map(|body| Cylinder::new(body.length, body.diameter, self.clearance));
         let moment = rotate(&turned, self.moment).map(|x| x * share);
         let dipole = |offset: &Vector| {
             let offset = rotate(&turned, *offset);
             let position = std::array::from_fn(|k| self.position[k] + offset[k]);
-            FieldDipole { position, moment, clearance: self.clearance }
+            FieldDipole { position, moment, clearance: self.clearance, cylinder }
         };
         offsets.iter().map(dipole).collect()
     }
@@ -293,6 +305,7 @@ impl CoilArray {
                 position: dipole.position,
                 moment: dipole.moment_per_ampere.map(|x| x * current),
                 clearance: self.clearance,
+                cylinder: None,
             })
         })
     }

@@ -1,9 +1,9 @@
-//! Dead forces inside of the rod: at a station, on a rigid segment, along a segment.
+//! Forces and couples inside of the rod: at a station, on a rigid segment, along a segment; those at the tip that turn with it.
 
 use super::segment_chain::load_chain;
-use super::{Axis, Parameter, Scene, SegmentKind, Slot, Vector};
+use super::{Axis, Parameter, RigidRod, Scene, SegmentKind, Slot, Vector};
 
-/// A dead force inside of the rod.
+/// A force, a couple or both, inside of the rod or at its tip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InnerForce {
     /// Its parameters start with `loads.` and this.
@@ -12,8 +12,22 @@ pub struct InnerForce {
     pub segment: usize,
     /// Where on the segment.
     pub place: ForcePlace,
-    /// World frame (N; N/m along a segment)
+    /// In N; N/m along a segment
     pub force: Vector,
+    /// `None`: it has no couple (N·m)
+    pub moment: Option<Vector>,
+    /// In which it keeps its direction.
+    pub frame: Frame,
+}
+
+/// In which frame a load keeps its direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Frame {
+    /// It is dead.
+    #[default]
+    World,
+    /// It turns with the rod where it acts: a follower load.
+    Body,
 }
 
 /// Where a force acts on its segment.
@@ -25,18 +39,88 @@ pub enum ForcePlace {
     Middle,
     /// Per length, all along the segment.
     Along,
+    /// At the distal end of the rod.
+    Tip,
 }
 
 /// Names that `[loads]` takes for itself.
 pub const LOAD_KEYS: [&str; 5] = ["tip_force", "tip_moment", "gravity", "distributed_force", "fluid_density"];
 
+impl Frame {
+    /// Both.
+    pub const ALL: [Frame; 2] = [Frame::World, Frame::Body];
+
+    /// The word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Frame::World => "world",
+            Frame::Body => "body",
+        }
+    }
+}
+
+impl InnerForce {
+    /// Whether it has an energy: a dead force. Others are carried by pieces without length.
+    pub fn is_dead_force(&self) -> bool {
+        self.moment.is_none() && self.frame == Frame::World
+    }
+
+    /// Whether the piece that carries it may have a couple.
+    pub(super) fn has_couple(&self) -> bool {
+        self.moment.is_some() || self.place == ForcePlace::Middle
+    }
+}
+
 impl Scene {
+    /// Whether a load other than a tip moment has no energy: a couple inside of the rod, or what turns with it.
+    pub fn has_load_without_energy(&self) -> bool {
+        !self.inner_forces.iter().all(InnerForce::is_dead_force)
+    }
+
+    /// A load at the tip that turns with it, by its key under `[loads]`.
+    pub(super) fn tip_load(&self, key: &str) -> Option<&InnerForce> {
+        self.inner_forces.iter().find(|load| load.place == ForcePlace::Tip && load.name == key)
+    }
+
+    /// Loads that a piece without length at the distal end of a segment carries, by their indices.
+    pub(super) fn loads_at_end(&self, segment: usize) -> Vec<usize> {
+        let is_there = |load: &InnerForce| match load.place {
+            ForcePlace::Tip => true,
+            ForcePlace::Middle => !load.is_dead_force(),
+            ForcePlace::At(_) | ForcePlace::Along => false,
+        };
+        let on = self.inner_forces.iter().enumerate().filter(|(_, load)| load.segment == segment && is_there(load));
+        on.map(|(index, _)| index).collect()
+    }
+
+    /// The piece without length that carries a load. At the middle of a rigid segment, seen from its distal end, a force that turns with
+    /// it is itself and a couple; a dead one is among the segment's own.
+    pub(super) fn station(&self, load: usize) -> RigidRod {
+        let InnerForce { segment, place, force, moment, frame, .. } = self.inner_forces[load];
+        let mut station = RigidRod { weight: force, couple: moment.unwrap_or_default(), ..RigidRod::default() };
+        station.follows = frame == Frame::Body;
+        if place == ForcePlace::Middle {
+            if !station.follows {
+                station.weight = [0.0; 3];
+            } else {
+                let arm = self.half_arm(segment);
+                (0..2).for_each(|k| station.couple[k] += arm * [force[1], -force[0]][k]);
+            }
+        }
+        station
+    }
+
+    /// Half of a rigid segment as a lever arm (m)
+    fn half_arm(&self, segment: usize) -> f64 {
+        if self.rigid_force_arm { 0.5 * self.segment_length(segment) } else { 0.0 }
+    }
+
     /// The forces at points of a segment: their indices, and distances from its proximal end (m).
     pub(super) fn stations(&self, segment: usize) -> Vec<(usize, f64)> {
         let on = self.inner_forces.iter().enumerate().filter(|(_, force)| force.segment == segment);
         let at = |(index, force): (usize, &InnerForce)| match force.place {
             ForcePlace::At(at) => Some((index, at)),
-            ForcePlace::Middle | ForcePlace::Along => None,
+            ForcePlace::Middle | ForcePlace::Along | ForcePlace::Tip => None,
         };
         on.filter_map(at).collect()
     }
@@ -53,7 +137,8 @@ impl Scene {
     }
 
     fn sum_of_forces(&self, segment: usize, place: ForcePlace, start: Vector) -> Vector {
-        let of = self.inner_forces.iter().filter(|force| force.segment == segment && force.place == place);
+        let is_one = |load: &&InnerForce| load.segment == segment && load.place == place && load.frame == Frame::World;
+        let of = self.inner_forces.iter().filter(is_one);
         of.fold(start, |sum, InnerForce { force, .. }| std::array::from_fn(|axis| sum[axis] + force[axis]))
     }
 
@@ -66,10 +151,11 @@ impl Scene {
             + match place {
                 ForcePlace::At(at) => (at + inserted).clamp(0.0, length.max(0.0)),
                 ForcePlace::Middle | ForcePlace::Along => 0.5 * length,
+                ForcePlace::Tip => length,
             }
     }
 
-    /// Index in the rod of the segment without length that carries a force at a station.
+    /// Index in the rod of the piece without length that carries a load.
     pub(super) fn station_index(&self, force: usize) -> Option<usize> {
         let segment = self.inner_forces[force].segment;
         let place = self.pieces(segment).iter().position(|piece| piece.force == Some(force))?;
@@ -79,24 +165,57 @@ impl Scene {
 
 /// Parameters of the forces of a scene, in the scene's order.
 pub(super) fn all(scene: &Scene) -> Vec<Parameter> {
-    let of = |(index, force): (usize, &InnerForce)| {
-        let parameter: fn(usize, Axis) -> Parameter = match force.place {
-            ForcePlace::At(_) | ForcePlace::Middle => Parameter::InnerForce,
+    let of = |(index, load): (usize, &InnerForce)| {
+        let force: fn(usize, Axis) -> Parameter = match load.place {
+            ForcePlace::At(_) | ForcePlace::Middle | ForcePlace::Tip => Parameter::InnerForce,
             ForcePlace::Along => Parameter::ForceAlong,
         };
-        Axis::ALL.map(|axis| parameter(index, axis))
+        let moment = load.moment.map(|_| Axis::ALL.map(|axis| Parameter::InnerMoment(index, axis)));
+        let has_force = load.place != ForcePlace::Tip || load.moment.is_none();
+        let force = has_force.then(|| Axis::ALL.map(|axis| force(index, axis)));
+        [force, moment].into_iter().flatten().flatten()
     };
     scene.inner_forces.iter().enumerate().flat_map(of).collect()
 }
 
 /// Slots and rates of a component of a force.
 pub(super) fn chain(scene: &Scene, index: usize, axis: Axis) -> Vec<(Slot, f64)> {
-    let InnerForce { segment, place, .. } = scene.inner_forces[index];
+    let InnerForce { segment, place, frame, .. } = scene.inner_forces[index];
+    let at_station = || scene.station_index(index).map(|station| (Slot::Weight(station, axis), 1.0)).into_iter();
     match (place, &scene.segments[segment].kind) {
-        (ForcePlace::At(_), _) => {
-            scene.station_index(index).map(|station| (Slot::Weight(station, axis), 1.0)).into_iter().collect()
+        (ForcePlace::At(_) | ForcePlace::Tip, _) => at_station().collect(),
+        (ForcePlace::Middle, _) if frame == Frame::Body => {
+            let arm = scene.half_arm(segment);
+            let by_arm = match axis {
+                Axis::X => Some((Axis::Y, -arm)),
+                Axis::Y => Some((Axis::X, arm)),
+                Axis::Z => None,
+            };
+            let couple = scene.station_index(index).zip(by_arm);
+            at_station().chain(couple.map(|(station, (axis, rate))| (Slot::Couple(station, axis), rate))).collect()
         }
         (ForcePlace::Along, SegmentKind::Rigid(_)) => load_chain(scene, segment, axis, scene.segment_length(segment)),
         (ForcePlace::Along | ForcePlace::Middle, _) => load_chain(scene, segment, axis, 1.0),
     }
+}
+
+/// The same of a couple.
+pub(super) fn moment_chain(scene: &Scene, index: usize, axis: Axis) -> Vec<(Slot, f64)> {
+    scene.station_index(index).map(|station| (Slot::Couple(station, axis), 1.0)).into_iter().collect()
+}
+
+/// What more of a rigid segment changes of the couples that forces at its middle, which turn with it, make at its distal end.
+pub(super) fn length_chain(scene: &Scene, segment: usize) -> Vec<(Slot, f64)> {
+    let half = if scene.rigid_force_arm { 0.5 } else { 0.0 };
+    let follows = |index: &usize| {
+        let load = &scene.inner_forces[*index];
+        load.place == ForcePlace::Middle && load.frame == Frame::Body
+    };
+    let of = |index: usize| {
+        let force = scene.inner_forces[index].force;
+        let rates = [(Axis::X, half * force[1]), (Axis::Y, -half * force[0])];
+        let station = scene.station_index(index);
+        station.into_iter().flat_map(move |station| rates.map(|(axis, rate)| (Slot::Couple(station, axis), rate)))
+    };
+    scene.loads_at_end(segment).into_iter().filter(follows).flat_map(of).collect()
 }

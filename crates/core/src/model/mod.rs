@@ -8,6 +8,7 @@ mod batch;
 mod blocks;
 mod coil;
 mod column_size;
+mod cylinder;
 mod dependence;
 mod end_curvature;
 mod field;
@@ -48,6 +49,7 @@ pub use anchors::{ANCHOR_STRIDE, Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, 
 pub use blocks::{BLOCK, Blocks};
 pub use coil::{Coil, CoilWinding};
 pub use column_size::{ColumnNoise, SMALL_COLUMN, natural_size};
+pub use cylinder::{Cylinder, Slopes};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use field::{
     CoilArray, CoilLoad, DEFAULT_CLEARANCE, FieldSources, GradientEntry, MU0_OVER_4PI, Magnet, MagnetBody, UnitDipole,
@@ -55,7 +57,7 @@ pub use field::{
 };
 pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap};
 pub use field_parameter::MagnetParameter;
-pub use inner_force::{ForcePlace, InnerForce, LOAD_KEYS};
+pub use inner_force::{ForcePlace, Frame, InnerForce, LOAD_KEYS};
 pub use magnet_sheet::{Body, MagnetMaterial, MagnetQuantity};
 pub use message::{short_list, short_name, short_number};
 pub use parameter::{Axis, Parameter, ParameterError, ParameterNames, StiffnessAxis, closest};

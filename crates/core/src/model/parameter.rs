@@ -7,8 +7,8 @@ use super::message::{short_list, short_name};
 use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
 use super::segment_parameter::SegmentParameter;
 use super::{
-    Density, Flexible, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector, WallParameter,
-    field_parameter, inner_force, segment_chain,
+    Density, Flexible, ForcePlace, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector,
+    WallParameter, field_parameter, inner_force, segment_chain,
 };
 use std::collections::BTreeMap;
 
@@ -84,8 +84,10 @@ pub enum Parameter {
     DistributedForce(Axis),
     /// Density of the fluid around the rod (kg/m³).
     FluidDensity,
-    /// Component of a dead force inside of the rod, by its index (N).
+    /// Component of a force inside of the rod, by its index among such loads (N).
     InnerForce(usize, Axis),
+    /// Component of a couple inside of the rod, by its index among the same (N·m).
+    InnerMoment(usize, Axis),
     /// Component of a dead force along a segment, by its index among the same (N/m).
     ForceAlong(usize, Axis),
     /// A number of the wall.
@@ -141,6 +143,13 @@ impl Parameter {
             P::DistributedForce,
         ];
         all.extend(vectors.iter().flat_map(|vector| Axis::ALL.map(vector)));
+        // At the tip a load that turns with it has the name of one that does not.
+        let is_taken = |parameter: &Parameter| match parameter {
+            P::TipForce(_) => scene.tip_load("tip_force").is_some(),
+            P::TipMoment(_) => scene.tip_load("tip_moment").is_some(),
+            _ => false,
+        };
+        all.retain(|parameter| !is_taken(parameter));
         all.push(P::FluidDensity);
         all.extend(inner_force::all(scene));
         all.extend(field_parameter::all(&scene.sources));
@@ -181,7 +190,13 @@ impl Parameter {
             P::Gravity(axis) => format!("loads.gravity.{}", axis.name()),
             P::DistributedForce(axis) => format!("loads.distributed_force.{}", axis.name()),
             P::FluidDensity => "loads.fluid_density".into(),
+            P::InnerForce(load, axis) | P::InnerMoment(load, axis)
+                if scene.inner_forces[load].place == ForcePlace::Tip =>
+            {
+                format!("loads.{}.{}", scene.inner_forces[load].name, axis.name())
+            }
             P::InnerForce(force, axis) => format!("loads.{}.force.{}", scene.inner_forces[force].name, axis.name()),
+            P::InnerMoment(load, axis) => format!("loads.{}.moment.{}", scene.inner_forces[load].name, axis.name()),
             P::ForceAlong(force, axis) => {
                 format!("loads.{}.force_per_length.{}", scene.inner_forces[force].name, axis.name())
             }
@@ -213,7 +228,7 @@ impl Parameter {
             P::Magnet(_, parameter) => parameter.unit(),
             P::ArrayCurrent(..) => "A",
             P::TipForce(_) | P::InnerForce(..) => "N",
-            P::TipMoment(_) => "N·m",
+            P::TipMoment(_) | P::InnerMoment(..) => "N·m",
             P::Gravity(_) => "m/s²",
             P::DistributedForce(_) | P::ForceAlong(..) => "N/m",
             P::FluidDensity => "kg/m³",
@@ -236,6 +251,7 @@ impl Parameter {
             P::DistributedForce(axis) => component(scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density.unwrap_or(0.0),
             P::InnerForce(force, axis) | P::ForceAlong(force, axis) => scene.inner_forces[force].force[axis.index()],
+            P::InnerMoment(load, axis) => component(scene.inner_forces[load].moment, axis),
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)
@@ -273,6 +289,7 @@ impl Parameter {
             P::InnerForce(force, axis) | P::ForceAlong(force, axis) => {
                 scene.inner_forces[force].force[axis.index()] = value;
             }
+            P::InnerMoment(load, axis) => set(&mut scene.inner_forces[load].moment, axis),
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)
@@ -347,6 +364,7 @@ impl Parameter {
                 segments.flat_map(|segment| weight_chain(scene, segment, -area(segment))).collect()
             }
             P::InnerForce(force, axis) | P::ForceAlong(force, axis) => inner_force::chain(scene, force, axis),
+            P::InnerMoment(load, axis) => inner_force::moment_chain(scene, load, axis),
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)

@@ -73,6 +73,10 @@ pub struct SegmentPlan {
     pub is_flexible: bool,
     /// A rigid segment that may carry a dipole.
     pub has_dipole: bool,
+    /// A rigid segment that may bear a couple.
+    pub has_couple: bool,
+    /// A rigid segment whose force and couple turn with it.
+    pub follows: bool,
     /// A flexible segment that may carry a dipole per length.
     pub has_magnet: bool,
     /// A flexible segment that shears or stretches.

@@ -3,8 +3,8 @@
 use super::record::record_offsets;
 use super::rod::Slot;
 use super::{
-    FlexibleRod, Parameter, PlanError, PlanOptions, Rod, RodSegment, Scene, SegmentKind, SegmentParameter, SegmentPlan,
-    Sensitivity, StiffnessAxis, Terms, Units, Vector,
+    FlexibleRod, Frame, Parameter, PlanError, PlanOptions, Rod, RodSegment, Scene, SegmentKind, SegmentParameter,
+    SegmentPlan, Sensitivity, StiffnessAxis, Terms, Units, Vector,
 };
 
 /// Up to this many derivatives forward columns may be the cheaper way.
@@ -79,7 +79,9 @@ pub(super) fn terms_of(
         taper: segments.iter().any(|segment| segment.tapers),
         curvature_rise: segments.iter().any(|segment| segment.curvature_rises),
         anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
-        tip_moment: scene.loads.tip_moment.is_some() || sweeps(|p| matches!(p, Parameter::TipMoment(_))),
+        tip_moment: scene.loads.tip_moment.is_some()
+            || sweeps(|p| matches!(p, Parameter::TipMoment(_)))
+            || scene.has_load_without_energy(),
         dipole: segments.iter().any(|segment| segment.has_dipole),
         varying_field: scene.has_unknown_force(),
         wall: scene.wall.is_some(),
@@ -145,7 +147,10 @@ pub(super) fn segment_plans(scene: &Scene, rod: &Rod, options: &PlanOptions, swe
         for (piece, at) in scene.pieces(index).iter().zip(scene.piece_indices(index)) {
             let plan = SegmentPlan { record: offsets[at], ..SegmentPlan::default() };
             plans.push(match &segment.kind {
-                SegmentKind::Flexible(_) if piece.force.is_some() => plan,
+                _ if let Some(load) = piece.force => {
+                    let load = &scene.inner_forces[load];
+                    SegmentPlan { has_couple: load.has_couple(), follows: load.frame == Frame::Body, ..plan }
+                }
                 SegmentKind::Flexible(segment) => {
                     let share = if flexible > 0.0 { rod.segments[at].length() / flexible } else { 1.0 };
                     let grading = if share > 0.0 { grading(&rod.segments[at]) } else { 0 };

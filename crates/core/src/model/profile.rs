@@ -111,6 +111,13 @@ impl Profile {
     }
 }
 
+impl Piece {
+    /// The piece without length at its end that carries a load.
+    pub(super) fn carrier(&self, load: usize) -> Piece {
+        Piece { start: self.end, force: Some(load), ..*self }
+    }
+}
+
 /// Cuts a segment of given length at the nodes of its profiles, always one piece more than there are positions, and at
 /// forces, each of which is a piece of its own.
 ///
@@ -134,7 +141,7 @@ pub fn pieces(profiles: &[&Profile], forces: &[(usize, f64)], length: f64, inser
             let start = before.map_or(0.0, arc_length);
             let piece = Piece { start, end: after.map_or(length, arc_length), middle, offset: -inserted, force: None };
             let here = forces.iter().filter(move |(_, at)| Some(*at) == after);
-            let forces = here.map(move |(index, _)| Piece { start: piece.end, force: Some(*index), ..piece });
+            let forces = here.map(move |(index, _)| piece.carrier(*index));
             std::iter::once(piece).chain(forces)
         })
         .collect()

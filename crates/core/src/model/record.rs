@@ -89,6 +89,7 @@ part! {
     rigid of RigidRod, RIGID_FIELDS, RIGID_RECORD, from 1:
     dipole DIPOLE_AT |units| units.dipole(), |rod| rod.dipole, |rod, mu| rod.dipole = mu;
     weight WEIGHT_AT |units| units.force, |rod| rod.weight, |rod, w| rod.weight = w;
+    couple COUPLE_AT |units| units.moment(), |rod| rod.couple, |rod, c| rod.couple = c;
 }
 
 impl RodSegment {

@@ -2,7 +2,7 @@
 
 use super::{Axis, GradientEntry, Matrix, RodField, RodWall, Units, Vector};
 
-/// A clamped rod under dead loads in a field; SI units, world frame unless said otherwise.
+/// A clamped rod under loads in a field; SI units, world frame unless said otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rod {
     /// In m
@@ -62,8 +62,12 @@ pub struct RigidRod {
     pub length: f64,
     /// Magnetic moment, body frame (A·m²)
     pub dipole: Vector,
-    /// Dead force, spread over the length (N)
+    /// Force, spread over the length (N)
     pub weight: Vector,
+    /// Couple on it, in a field that varies or beside other loads of that kind alone (N·m)
+    pub couple: Vector,
+    /// Whether force and couple turn with it, and are given in the body frame; else they keep their direction.
+    pub follows: bool,
 }
 
 /// A number of the rod by which solutions are differentiated; every user parameter is a combination of these.
@@ -126,8 +130,10 @@ pub enum Slot {
     ShearCompliance(usize, Axis),
     /// Magnetic moment of a rigid segment, body frame (A·m²).
     Dipole(usize, Axis),
-    /// Force on a rigid segment, world frame (N).
+    /// Force on a rigid segment, world frame, or body frame where it follows (N).
     Weight(usize, Axis),
+    /// Couple on a rigid segment, in the same frame (N·m).
+    Couple(usize, Axis),
 }
 
 impl Slot {
@@ -143,7 +149,7 @@ impl Slot {
             Slot::FieldGradient(_) => units.gradient(),
             Slot::SourceMoment(..) => units.source_moment(),
             Slot::TipForce(_) | Slot::Weight(..) => units.force,
-            Slot::TipMoment(_) => units.moment(),
+            Slot::TipMoment(_) | Slot::Couple(..) => units.moment(),
             Slot::Stiffness(..) | Slot::StiffnessRise(..) => units.stiffness(),
             Slot::RestCurvature(..) | Slot::RestCurvatureRise(..) => units.curvature(),
             Slot::DipolePerLength(..) => units.dipole() / units.length,
@@ -165,7 +171,8 @@ impl Slot {
             | Slot::DipolePerLength(segment, _)
             | Slot::ShearCompliance(segment, _)
             | Slot::Dipole(segment, _)
-            | Slot::Weight(segment, _) => Some(segment),
+            | Slot::Weight(segment, _)
+            | Slot::Couple(segment, _) => Some(segment),
             _ => None,
         }
     }
@@ -191,7 +198,7 @@ impl Slot {
 
     /// Whether it is one of the numbers that a share of the load multiplies: forces, couples, and what the field is made of.
     pub fn is_load(&self) -> bool {
-        use Slot::{FieldGradient, FluxDensity, Load, MapScale, SourceMoment, TipForce, TipMoment, Weight};
+        use Slot::{Couple, FieldGradient, FluxDensity, Load, MapScale, SourceMoment, TipForce, TipMoment, Weight};
         matches!(
             self,
             FluxDensity(_)
@@ -202,6 +209,7 @@ impl Slot {
                 | TipMoment(_)
                 | Load(..)
                 | Weight(..)
+                | Couple(..)
         )
     }
 
@@ -254,6 +262,16 @@ impl RodSegment {
 }
 
 impl Rod {
+    /// Whether all loads have an energy: no moment acts but that of fields, and no force turns with the rod.
+    pub fn has_energy(&self) -> bool {
+        let none = [0.0; 3];
+        let has = |segment: &RodSegment| match segment {
+            RodSegment::Rigid(rigid) => rigid.couple == none && (!rigid.follows || rigid.weight == none),
+            RodSegment::Flexible(_) => true,
+        };
+        self.tip_moment == none && self.segments.iter().all(has)
+    }
+
     /// Sum of the segments' lengths (m).
     pub fn total_length(&self) -> f64 {
         self.segments.iter().map(RodSegment::length).sum()

@@ -1,7 +1,7 @@
 //! What of the field varies in space as the mechanics sees it: its record of numbers, its value at a point. F0, F1
 
 use super::field::{CoilLoad, MU0_OVER_4PI, gradient_matrix, rotate};
-use super::{RodMap, Units, Vector};
+use super::{Cylinder, RodMap, Units, Vector};
 
 /// The part of the field that varies, as the mechanics sees it; SI units, world frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +25,20 @@ pub struct FieldDipole {
     pub position: Vector,
     /// In A·m²
     pub moment: Vector,
-    /// No part of the rod may come nearer (m)
+    /// No part of the rod may come nearer to it, or to the surface of its cylinder (m)
     pub clearance: f64,
+    /// A cylinder along the moment, in place of a point.
+    pub cylinder: Option<Cylinder>,
+}
+
+impl FieldDipole {
+    /// Distance of a point from it, or from the surface of its cylinder (m)
+    pub fn distance(&self, at: Vector) -> f64 {
+        let r = std::array::from_fn(|k| at[k] - self.position[k]);
+        let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let size = norm(self.moment);
+        self.cylinder.map_or(norm(r), |cylinder| cylinder.distance(self.moment.map(|x| x / size), r))
+    }
 }
 
 /// Entries of the record of a field before its dipoles: gradient and origin.
@@ -113,6 +125,11 @@ impl RodField {
         let mut force = rotate(&gradient_matrix(self.gradient), mu);
         for dipole in &self.dipoles {
             let (r, moment) = (std::array::from_fn(|k| at[k] - dipole.position[k]), dipole.moment);
+            if let Some(cylinder) = dipole.cylinder {
+                let pull = rotate(&cylinder.field(moment, r).1, mu);
+                (0..3).for_each(|k| force[k] += MU0_OVER_4PI * pull[k]);
+                continue;
+            }
             let distance2 = dot(r, r);
             let by = 3.0 * MU0_OVER_4PI / (distance2 * distance2 * distance2.sqrt());
             let (a, b) = (dot(r, moment), dot(r, mu));
@@ -130,11 +147,10 @@ impl RodField {
     /// near a dipole left out.
     pub(super) fn strongest(&self, centre: Vector, radius: f64) -> (f64, f64) {
         let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let away = |at: Vector, from: Vector| norm(std::array::from_fn(|k| at[k] - from[k]));
         let place = |k: usize| -> Vector { [k % 5, k / 5 % 5, k / 25].map(|k| 0.5 * k as f64 - 1.0) };
         let points = (0..125).map(place).filter(|at| norm(*at) <= 1.0);
         let points = points.map(|at| -> Vector { std::array::from_fn(|k| centre[k] + radius * at[k]) });
-        let is_clear = |at: &Vector| self.dipoles.iter().all(|dipole| away(*at, dipole.position) > dipole.clearance);
+        let is_clear = |at: &Vector| self.dipoles.iter().all(|dipole| dipole.distance(*at) > dipole.clearance);
         points.filter(is_clear).fold((0.0, 0.0), |(b, g), at| {
             let [x, y, z] =
                 [0, 1, 2].map(|k| norm(self.load(at, std::array::from_fn(|j| f64::from(u8::from(j == k)))).0));
@@ -148,6 +164,11 @@ impl RodField {
         let mut b = rotate(&gradient_matrix(self.gradient), from(self.origin));
         for dipole in &self.dipoles {
             let r = from(dipole.position);
+            if let Some(cylinder) = dipole.cylinder {
+                let of_cylinder = cylinder.field(dipole.moment, r).0;
+                (0..3).for_each(|k| b[k] += MU0_OVER_4PI * of_cylinder[k]);
+                continue;
+            }
             let distance2: f64 = r.iter().map(|x| x * x).sum();
             let along: f64 = (0..3).map(|k| r[k] * dipole.moment[k]).sum();
             let by = MU0_OVER_4PI / (distance2 * distance2.sqrt());

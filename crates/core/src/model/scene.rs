@@ -241,13 +241,17 @@ impl Scene {
     pub fn pieces(&self, index: usize) -> Vec<Piece> {
         let inserted = if index == 0 { self.inserted } else { 0.0 };
         let length = self.segment_length(index);
-        match &self.segments[index].kind {
+        let mut pieces = match &self.segments[index].kind {
             SegmentKind::Flexible(flexible) => {
                 let profiles = [&flexible.rest_curvature, &flexible.stiffness.profile()];
                 pieces(&profiles, &self.stations(index), length, inserted)
             }
             SegmentKind::Rigid(_) => pieces(&[], &[], length, inserted),
+        };
+        if let Some(last) = pieces.last().copied() {
+            pieces.extend(self.loads_at_end(index).into_iter().map(|load| last.carrier(load)));
         }
+        pieces
     }
 
     /// Indices in the rod of the pieces of a segment.
@@ -281,14 +285,15 @@ impl Scene {
         super::validate::validate(self)
     }
 
-    /// Whether its rods are solved with the force at the base unknown: the field varies in space, or there is a wall.
+    /// Whether its rods are solved with the force at the base unknown: the field varies in space, there is a wall, or a load other than a
+    /// tip moment has no energy.
     pub fn has_unknown_force(&self) -> bool {
-        self.sources.varies() || self.wall.is_some()
+        self.sources.varies() || self.wall.is_some() || self.has_load_without_energy()
     }
 
     /// What of the field varies in space as the mechanics sees it; `None` where the loads tell the force at the base.
     pub fn rod_field(&self) -> Option<RodField> {
-        self.sources.rod_field().or_else(|| self.wall.map(|_| RodField::none()))
+        self.sources.rod_field().or_else(|| self.has_unknown_force().then(RodField::none))
     }
 
     /// The mechanics of this scene: stiffness, dipole and load of every segment.
@@ -334,9 +339,9 @@ impl Scene {
                 let axial = flexible.stiffness_axial.unwrap_or(f64::INFINITY);
                 let segment = |piece: &Piece| {
                     if let Some(force) = piece.force {
-                        // A force at the base or withdrawn behind it acts on the clamp, not on the rod.
-                        let weight = if piece.start > 0.0 { self.inner_forces[force].force } else { [0.0; 3] };
-                        return RodSegment::Rigid(RigidRod { weight, ..RigidRod::default() });
+                        // A load at the base or withdrawn behind it acts on the clamp, not on the rod.
+                        let station = if piece.start > 0.0 { self.station(force) } else { RigidRod::default() };
+                        return RodSegment::Rigid(station);
                     }
                     let (stiffness, stiffness_rise) = profile.on(piece);
                     let (rest_curvature, rest_curvature_rise) = flexible.rest_curvature.on(piece);
@@ -358,7 +363,9 @@ impl Scene {
                 let magnet = rigid.magnet_dipole_per_length();
                 let coil = rigid.coil.map_or([0.0; 3], |coil| coil.dipole());
                 let dipole = std::array::from_fn(|axis| coil[axis] + magnet[axis] * length);
-                put(RodSegment::Rigid(RigidRod { length, dipole, weight: self.weight(rigid, index) }));
+                let weight = self.weight(rigid, index);
+                put(RodSegment::Rigid(RigidRod { length, dipole, weight, ..RigidRod::default() }));
+                self.loads_at_end(index).into_iter().for_each(|load| put(RodSegment::Rigid(self.station(load))));
             }
         }
     }

@@ -56,9 +56,9 @@ pub enum SceneError {
         /// Name of the force.
         name: String,
     },
-    /// A couple at the tip beside a wall.
+    /// A couple, or a force that turns with the rod, beside a wall.
     #[error(
-        "a tip moment has no energy, so stability with a wall is not known: leave out `loads.tip_moment` or `[wall]`"
+        "a moment, and a force that turns with the rod, have no energy, so stability with a wall is not known: leave them out, or `[wall]`"
     )]
     WallWithTipMoment,
     /// The published balance beside a wall.

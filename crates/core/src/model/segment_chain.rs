@@ -1,5 +1,6 @@
 //! How the numbers of one segment move the rod: slots and their rates.
 
+use super::inner_force::length_chain;
 use super::rotation::{multiply, rotation_matrix};
 use super::segment_parameter::{SegmentParameter, ShearAxis};
 use super::{
@@ -37,7 +38,7 @@ fn flexible_chain(parameter: SegmentParameter, scene: &Scene, index: usize, flex
         chain
     };
     match parameter {
-        S::Length => vec![(Slot::Length(scene.piece_indices(index).end - 1), 1.0)],
+        S::Length => pieces.last().map(|(piece, _)| (Slot::Length(*piece), 1.0)).into_iter().collect(),
         S::RestCurvature(axis) => along(Slot::RestCurvature, axis, 1.0),
         S::RestCurvatureNode(k, axis) => {
             node(&flexible.rest_curvature, k, Slot::RestCurvature, Slot::RestCurvatureRise, axis)
@@ -144,6 +145,7 @@ fn rigid_chain(parameter: SegmentParameter, scene: &Scene, index: usize, rigid: 
                 _ => load,
             };
             chain.extend(Axis::ALL.map(|axis| (Slot::Weight(piece, axis), weight[axis.index()])));
+            chain.extend(length_chain(scene, index));
             if rigid.is_magnet() {
                 chain.extend(dipole(rigid.magnet_dipole_per_length()));
             }

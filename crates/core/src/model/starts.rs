@@ -127,7 +127,7 @@ impl Plan {
         let field = norm(rod.flux_density) + varying + gradient * length;
         let of_segments = rod.segments.iter().map(|segment| match segment {
             Flexible(s) => s.length * (norm(s.load) * length + norm(s.dipole) * field),
-            Rigid(s) => norm(s.weight) * length + norm(s.dipole) * field,
+            Rigid(s) => norm(s.weight) * length + norm(s.couple) + norm(s.dipole) * field,
         });
         norm(rod.tip_moment) + norm(rod.tip_force) * length + of_segments.sum::<f64>()
     }

@@ -1,8 +1,8 @@
 //! Whether a scene's numbers describe a rod.
 
 use super::{
-    CoilWinding, Density, ForcePlace, GradientEntry, LOAD_KEYS, MagnetMaterial, Node, Profile, Scene, SceneError,
-    Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
+    CoilWinding, Cylinder, Density, ForcePlace, GradientEntry, LOAD_KEYS, Magnet, MagnetBody, MagnetMaterial, Node,
+    Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
 };
 use std::collections::HashSet;
 
@@ -180,6 +180,7 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
         if let Some(body) = magnet.body {
             check_positive(format!("{name}.length"), body.length)?;
             check_positive(format!("{name}.diameter"), body.diameter)?;
+            check_exact(&name, magnet, &body)?;
         }
         if !names.insert(name) {
             return Err(SceneError::DuplicateSource(magnet.name.clone()));
@@ -222,23 +223,46 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
     check_base_clearance(scene)
 }
 
+/// An exact cylinder is magnetised along its axis, and its field is known as near to it as its rules reach.
+fn check_exact(name: &str, magnet: &Magnet, body: &MagnetBody) -> Result<(), SceneError> {
+    if !body.is_exact {
+        return Ok(());
+    }
+    let along: f64 = (0..3).map(|k| magnet.moment[k] * body.axis[k]).sum();
+    let size = magnet.moment.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let words = "along `axis` where field = \"exact\"; the number is its share along it. Leave out `field` for dipoles";
+    check(format!("{name}.moment"), along / size, along.abs() > (1.0 - 1e-12) * size, words)?;
+    let least = Cylinder::LEAST_CLEARANCE * 0.5 * body.diameter;
+    let words = "at least a fiftieth of the radius where field = \"exact\"; the number is in metres";
+    check(format!("{name}.clearance"), magnet.clearance, magnet.clearance >= least, words)
+}
+
 /// Each force has a name of its own and a place on a segment of its kind.
 fn check_inner_forces(scene: &Scene) -> Result<(), SceneError> {
     let mut names: HashSet<&str> = LOAD_KEYS.into();
     for force in &scene.inner_forces {
-        if !names.insert(&force.name) {
+        let keys = match force.place {
+            ForcePlace::Tip => ["", ""],
+            ForcePlace::Along => [".force_per_length", ".moment"],
+            ForcePlace::At(_) | ForcePlace::Middle => [".force", ".moment"],
+        };
+        if force.place != ForcePlace::Tip && !names.insert(&force.name) {
             return Err(SceneError::DuplicateForce(force.name.clone()));
         }
-        let key = if force.place == ForcePlace::Along { "force_per_length" } else { "force" };
-        check_finite(&format!("loads.{}.{key}", force.name), force.force)?;
+        for (key, vector) in keys.into_iter().zip([force.force, force.moment.unwrap_or_default()]) {
+            check_finite(&format!("loads.{}{key}", force.name), vector)?;
+        }
         let misplaced = || SceneError::MisplacedForce { name: force.name.clone() };
         let segment = scene.segments.get(force.segment).ok_or_else(misplaced)?;
         match (force.place, &segment.kind) {
             (ForcePlace::At(at), SegmentKind::Flexible(_)) => {
                 check_place(format!("loads.{}.at", force.name), at, segment.length)?;
             }
-            (ForcePlace::Middle, SegmentKind::Rigid(_)) | (ForcePlace::Along, _) => {}
-            (ForcePlace::At(_), SegmentKind::Rigid(_)) | (ForcePlace::Middle, SegmentKind::Flexible(_)) => {
+            (ForcePlace::Middle, SegmentKind::Rigid(_)) | (ForcePlace::Tip, _) => {}
+            (ForcePlace::Along, _) if force.is_dead_force() => {}
+            (ForcePlace::At(_), SegmentKind::Rigid(_))
+            | (ForcePlace::Middle, SegmentKind::Flexible(_))
+            | (ForcePlace::Along, _) => {
                 return Err(misplaced());
             }
         }
@@ -248,10 +272,9 @@ fn check_inner_forces(scene: &Scene) -> Result<(), SceneError> {
 
 /// The clamped end at least is where no magnet may be.
 fn check_base_clearance(scene: &Scene) -> Result<(), SceneError> {
-    let place = |p: Vector, q: Vector| (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt();
     for magnet in &scene.sources.magnets {
         for dipole in magnet.dipoles() {
-            let distance = place(dipole.position, scene.base.position);
+            let distance = dipole.distance(scene.base.position);
             check(
                 format!("magnets.{}.position", magnet.name),
                 distance,

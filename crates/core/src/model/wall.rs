@@ -219,7 +219,7 @@ impl Wall {
         if let TipOnWall::Sticks(anchor) = self.tip {
             check_finite("wall.anchor", anchor)?;
         }
-        if scene.loads.tip_moment.is_some() {
+        if scene.loads.tip_moment.is_some() || scene.has_load_without_energy() {
             return Err(SceneError::WallWithTipMoment);
         }
         if scene.rigid_force_arm { Ok(()) } else { Err(SceneError::WallWithoutForceArm) }

@@ -9,7 +9,7 @@ use crate::cpu::rod::base::{moment_columns, rotation_columns};
 use crate::cpu::rod::problem::shoot;
 use crate::cpu::rod::problem::{Problem, Record, Workspace, stiff};
 use crate::cpu::rod::shoot::tip_moment_columns;
-use crate::cpu::rod::stability::{departure, has_dead_moment, is_above, is_sharp, squared_norm, stability_index};
+use crate::cpu::rod::stability::{departure, has_no_energy, is_above, is_sharp, squared_norm, stability_index};
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
     AIM, CONTRACTION, CORRECTIONS, DEPARTURE, DEPARTURE_AIM, FIRST_BEND, FOLD_MARGIN, FULL_LOAD_TOLERANCE, LEAST_RATIO,
@@ -148,7 +148,7 @@ pub fn follow_path<L: Lane>(
     let sharp = guarded && L::Scalar::SHARP;
     let resolution = if guarded { &program.careful } else { &program.coarse };
     let unsymmetric = program.tip_moment;
-    let dead = if unsymmetric { has_dead_moment(rod) } else { nobody };
+    let dead = if unsymmetric { has_no_energy(rod) } else { nobody };
     let smallest_step = zero.constant(match (guarded, sharp) {
         (false, _) => SMALLEST_RAMP_STEP,
         (true, _) if unsymmetric => SMALLEST_UNSYMMETRIC_STEP,

@@ -15,7 +15,7 @@ use crate::cpu::rod::program::Outputs;
 use crate::cpu::rod::rows::{Responses, write_forward_rows, write_rows};
 use crate::cpu::rod::shoot::tip_moment_columns;
 use crate::cpu::rod::stability::{
-    by_rotation, has_dead_moment, is_grown, is_sharp, margin, stability_index, whole_index,
+    by_rotation, has_no_energy, is_grown, is_sharp, margin, stability_index, whole_index,
 };
 use crate::cpu::simd::lane::Lane;
 use crate::model::tolerances::{FINE_TRUST, NEWTON_LIMIT, REACH};
@@ -141,7 +141,7 @@ pub fn write_verdict<L: Lane>(
     let mut stable = stable;
     if program.tip_moment && matches!(path, Path::GuardedRamp | Path::Search) {
         let undiverged = one.constant(0.0).lt(dot(w.x, cross(w.y, w.z)));
-        stable = stable | (has_dead_moment(problem.rod) & undiverged);
+        stable = stable | (has_no_energy(problem.rod) & undiverged);
     }
     let margin = L::select(stable, margin, -margin);
     let finite = size.is_finite() & within_reach;

@@ -9,7 +9,7 @@ use crate::cpu::algebra::{Mat3, length};
 use crate::cpu::equilibrium::fold::leave_folds_empty;
 use crate::cpu::rod::problem::{Problem, Tip, Workspace};
 use crate::cpu::rod::program::Outputs;
-use crate::cpu::rod::stability::{has_dead_moment, margin, squared_norm};
+use crate::cpu::rod::stability::{has_no_energy, margin, squared_norm};
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
     COLUMN_NOISE, NODE_COLUMNS_ERROR, NODE_CONTRACTION, NODE_CORRECTIONS, NODE_ENOUGH, NODE_ERROR_SHARE, NODE_GOOD,
@@ -125,7 +125,7 @@ fn answer<L: Lane>(
                 let mut stable = nodes.elimination.index.lt(one.constant(0.5));
                 if program.tip_moment {
                     let undiverged = one.constant(0.0).lt(nodes.elimination.least_whole(&nodes.transfers));
-                    stable = stable | (has_dead_moment(problem.rod) & undiverged);
+                    stable = stable | (has_no_energy(problem.rod) & undiverged);
                 }
                 let fits = ready & converged & stable & length(nodes.tip.p).lt(one.constant(REACH));
                 let noise = round_off(nodes);

@@ -7,7 +7,7 @@ use super::interval::{Node, turn};
 use super::state::{Nodes, What};
 use crate::cpu::algebra::{affordable, axpy, differs_widely};
 use crate::cpu::rod::problem::{Problem, Workspace};
-use crate::cpu::rod::stability::has_dead_moment;
+use crate::cpu::rod::stability::has_no_energy;
 use crate::cpu::simd::lane::Lane;
 use crate::model::tolerances::{
     CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_LEAST_RATIO, NODE_MOST_RATIO,
@@ -63,7 +63,7 @@ pub fn follow_nodes<L: Lane>(
         let mut convex = nodes.elimination.index.lt(one.constant(0.5));
         if problem.program.tip_moment {
             // A dead moment has no energy: pivots count as they are.
-            let (dead, whole) = (has_dead_moment(problem.rod), nodes.elimination.least_whole(&nodes.transfers));
+            let (dead, whole) = (has_no_energy(problem.rod), nodes.elimination.least_whole(&nodes.transfers));
             least = L::select(dead, whole, least);
             convex = (convex & !dead) | (dead & zero.lt(whole));
         }

@@ -214,8 +214,9 @@ pub fn functional<L: Lane>(
             workspace.traces[segment][k].dipole[axis.index()]
         }
         Slot::BasePosition(_) | Slot::BaseRotation(_) | Slot::Insertion => Vec3::splat(zero),
-        // In a field that varies in space, and with a wall, columns go forward.
-        Slot::FieldGradient(_)
+        // In a field that varies in space, with a wall, and under loads without energy, columns go forward.
+        Slot::Couple(..)
+        | Slot::FieldGradient(_)
         | Slot::FieldOrigin(_)
         | Slot::SourcePosition(..)
         | Slot::SourceMoment(..)

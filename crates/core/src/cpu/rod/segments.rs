@@ -5,7 +5,10 @@ use super::section::{Flexible, load_flexible, to_world};
 use super::terms::Terms;
 use crate::cpu::algebra::{Vec3, axpy, cross, cross_add, cross_sub};
 use crate::cpu::simd::lane::Lane;
-use crate::model::record::{BASE_D1_AT, BASE_T_AT, DIPOLE_AT, FLUX_DENSITY_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT};
+use crate::model::SegmentPlan;
+use crate::model::record::{
+    BASE_D1_AT, BASE_T_AT, COUPLE_AT, DIPOLE_AT, FLUX_DENSITY_AT, TIP_FORCE_AT, TIP_MOMENT_AT, WEIGHT_AT,
+};
 
 /// Where the rod is: position, first director, tangent, and M = m + p x n.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +25,12 @@ pub struct Rigid<L> {
     pub mu: Vec3<L>,
     /// The whole force on it.
     pub w: Vec3<L>,
+    /// A couple on it, in a field that varies alone.
+    pub c: Vec3<L>,
     pub has_dipole: bool,
+    pub has_couple: bool,
+    /// Whether force and couple are in the body frame.
+    pub follows: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +79,12 @@ impl<L: Lane> Rod<L> {
                 let length = program.entry(token, inputs, plan.record);
                 let mu = program.vector(token, inputs, plan.record + DIPOLE_AT);
                 let w = program.vector(token, inputs, plan.record + WEIGHT_AT);
-                Segment::Rigid(Rigid { length, mu, w, has_dipole: plan.has_dipole })
+                let mut c = Vec3::splat(L::splat(token, 0.0));
+                if plan.has_couple {
+                    c = program.vector(token, inputs, plan.record + COUPLE_AT);
+                }
+                let SegmentPlan { has_dipole, has_couple, follows, .. } = *plan;
+                Segment::Rigid(Rigid { length, mu, w, c, has_dipole, has_couple, follows })
             });
         }
         self.free = match program.free {
@@ -104,7 +117,7 @@ impl<L: Lane> Rod<L> {
     pub fn under(&self, share: L) -> Self {
         let part = |segment: &Segment<L>| match segment {
             Segment::Flexible(flexible) => Segment::Flexible(Flexible { w: flexible.w * share, ..*flexible }),
-            Segment::Rigid(rigid) => Segment::Rigid(Rigid { w: rigid.w * share, ..*rigid }),
+            Segment::Rigid(rigid) => Segment::Rigid(Rigid { w: rigid.w * share, c: rigid.c * share, ..*rigid }),
         };
         Self {
             B: self.B * share,

@@ -34,7 +34,7 @@ pub struct Source<L> {
     pub du_star: Mat3<L>,
     pub du_star_rise: Mat3<L>,
     pub dC_se: Mat3<L>,
-    /// Of the dipole, per length on a flexible segment.
+    /// Of the dipole, per length on a flexible segment; of the couple of a piece that bears one and has no dipole.
     pub dmu: Mat3<L>,
     /// Of the force, per length on a flexible segment.
     pub dload: Mat3<L>,
@@ -148,7 +148,9 @@ impl<L: Lane> Source<L> {
             Slot::RestCurvatureRise(_, axis) => add_to(&mut self.du_star_rise, k, axis, rate),
             Slot::ShearCompliance(_, axis) => add_to(&mut self.dC_se, k, axis, rate),
             Slot::Load(_, axis) | Slot::Weight(_, axis) => add_to(&mut self.dload, k, axis, rate),
-            Slot::DipolePerLength(_, axis) | Slot::Dipole(_, axis) => add_to(&mut self.dmu, k, axis, rate),
+            Slot::DipolePerLength(_, axis) | Slot::Dipole(_, axis) | Slot::Couple(_, axis) => {
+                add_to(&mut self.dmu, k, axis, rate);
+            }
             _ => {}
         }
         use Slot::{

@@ -11,7 +11,7 @@ use super::columns::{By, Columns};
 use super::problem::shoot;
 use super::problem::{Problem, Record, Tip, Workspace};
 use super::section::Flexible;
-use super::segments::Rod;
+use super::segments::{Rigid, Rod, Segment};
 use super::station::Station;
 use super::terms::Terms;
 use crate::cpu::algebra::{Mat3, Vec3, columns_cross_sub, cross, dot, inverse, length, select_matrix, transpose};
@@ -105,11 +105,18 @@ pub fn is_above<L: Lane>(square: L, bound: f64) -> L::Mask {
     (square * square.constant(bound * bound)).lt(square.constant(3.0))
 }
 
-/// Where a dead moment acts at the tip: its work depends on the way, and no energy tells stability. S6
+/// Where a dead moment acts, or a load that turns with the rod: its work depends on the way, and no energy tells stability. S6
 #[inline(always)]
-pub fn has_dead_moment<L: Lane>(rod: &Rod<L>) -> L::Mask {
-    let Vec3 { x, y, z } = rod.l_tip;
-    x.constant(0.0).lt(x.abs().max(y.abs()).max(z.abs()))
+pub fn has_no_energy<L: Lane>(rod: &Rod<L>) -> L::Mask {
+    let largest = |v: Vec3<L>| v.x.abs().max(v.y.abs()).max(v.z.abs());
+    let mut load = largest(rod.l_tip);
+    for segment in &rod.segments {
+        if let Segment::Rigid(Rigid { w, c, has_couple, follows, .. }) = segment {
+            load = if *has_couple { load.max(largest(*c)) } else { load };
+            load = if *follows { load.max(largest(*w)) } else { load };
+        }
+    }
+    load.constant(0.0).lt(load)
 }
 
 /// By how much dr/dm0 differs from an earlier one with the inverse `before`, relative to it: below 1 its determinant has the

@@ -18,7 +18,7 @@ use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Outputs;
 use crate::cpu::rod::section::velocity;
 use crate::cpu::rod::segments::Segment;
-use crate::cpu::rod::stability::has_dead_moment;
+use crate::cpu::rod::stability::has_no_energy;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
     DIFFERENCE, FIELD_COLUMN_NOISE, FINE_TRUST, LITTLE_TURN, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER,
@@ -189,7 +189,7 @@ fn write<L: VaryingPasses>(
     let least = one.constant(if care { 0.0 } else { ANSWER_MARGIN });
     let mut stable = index.lt(one.constant(0.5)) & least.lt(margin);
     if program.tip_moment {
-        stable = stable | (has_dead_moment(rod) & one.constant(0.0).lt(determinant(&inverse)));
+        stable = stable | (has_no_energy(rod) & one.constant(0.0).lt(determinant(&inverse)));
     }
     let within_reach = length(tip.p).lt(one.constant(REACH));
     let zero = one.constant(0.0);

@@ -12,7 +12,7 @@ use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
 use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Resolution;
-use crate::cpu::rod::stability::has_dead_moment;
+use crate::cpu::rod::stability::has_no_energy;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::CoilLoad;
 use crate::model::tolerances::{
@@ -106,7 +106,7 @@ pub fn follow_varying<L: VaryingPasses>(
     let mut failed = too_near | outside;
     let (mut last_tip, mut last_leeway) = (from.tip, from.leeway);
     let (mut weakest, mut last_margin, mut last_determinant) = (one, one, one);
-    let dead = if program.tip_moment { has_dead_moment(rod) } else { nobody };
+    let dead = if program.tip_moment { has_no_energy(rod) } else { nobody };
     loop {
         let active = !(reached | failed);
         if !L::any(active) {

@@ -3,8 +3,7 @@
 //! Columns are linear in how the segment moves: with these sums none of them looks at a point.
 
 use super::crossing::Crossing;
-use super::space::{Dipole, inverses};
-use crate::cpu::algebra::{Mat3, Vec3, axpy, outer};
+use crate::cpu::algebra::{Mat3, Vec3, axpy};
 use crate::cpu::simd::lane::Lane;
 
 /// Sums over the points times their shares of the dipole; where there are several, times powers of their place xi as well.
@@ -52,16 +51,17 @@ impl<L: Lane> Acting<L> {
             for (xi, share) in *points {
                 let (xi, share) = (mean.constant(*xi), mean.constant(*share));
                 let r = axpy(xi, arm, before.p) - dipole.X;
-                let (G, T3) = (dipole.G(r) * share, dipole.T3(r, mu) * share);
+                let at_point = dipole.all(r, mu);
+                let (G, T3) = (at_point.G * share, at_point.T3 * share);
                 let T3_xi = T3 * xi;
-                self.B = axpy(share, dipole.B(r), self.B);
+                self.B = axpy(share, at_point.B, self.B);
                 (of_dipole.G, G1) = (of_dipole.G + G, G1 + G * xi);
                 of_dipole.T3 = [of_dipole.T3[0] + T3, of_dipole.T3[1] + T3_xi];
                 T32 = T32 + T3_xi * xi;
                 if with_parameters {
-                    // The force is as linear in one moment as in the other.
-                    let pull = Dipole { M: mu, ..*dipole }.G(r) * share;
-                    of_dipole.unit = of_dipole.unit + unit(r) * share;
+                    let (unit, pull) = dipole.by_moment(r, mu);
+                    let pull = pull * share;
+                    of_dipole.unit = of_dipole.unit + unit * share;
                     of_dipole.pull = [of_dipole.pull[0] + pull, of_dipole.pull[1] + pull * xi];
                 }
             }
@@ -82,11 +82,4 @@ impl<L: Lane> Acting<L> {
             }
         }
     }
-}
-
-/// The field of a dipole at a distance r, by its moment. F0
-#[inline(always)]
-fn unit<L: Lane>(r: Vec3<L>) -> Mat3<L> {
-    let (inverse2, inverse3) = inverses(r);
-    outer(r * (inverse2 * inverse3 * r.x.constant(3.0)), r, Mat3::identity(inverse3) * -inverse3)
 }

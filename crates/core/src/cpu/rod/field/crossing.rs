@@ -33,12 +33,31 @@ impl<L: Lane> Crossing<'_, L> {
         to_world(d1, cross(t, d1), t, self.segment.mu) * self.lambda
     }
 
+    /// A load of it in the world frame.
+    #[inline(always)]
+    pub fn in_world(&self, load: Vec3<L>) -> Vec3<L> {
+        let State { d1, t, .. } = self.before;
+        if self.segment.follows { to_world(d1, cross(t, d1), t, load) } else { load } // F11
+    }
+
+    /// Its force.
+    #[inline(always)]
+    pub fn load(&self) -> Vec3<L> {
+        self.in_world(self.segment.w) * self.lambda
+    }
+
+    /// Its couple.
+    #[inline(always)]
+    pub fn couple(&self) -> Vec3<L> {
+        self.in_world(self.segment.c) * self.lambda
+    }
+
     /// The state beyond it.
     #[inline(always)]
     pub fn cross(&self) -> State<L> {
         let Crossing { space, segment, lambda, force_arm, before, .. } = self;
         let State { p, d1, t, mut m, mut n } = *before;
-        let (arm, load) = (t * segment.length, segment.w * *lambda);
+        let (arm, load) = (t * segment.length, self.load());
         let half = lambda.constant(0.5);
         n = n - load;
         if segment.has_dipole {
@@ -69,6 +88,9 @@ impl<L: Lane> Crossing<'_, L> {
         }
         if *force_arm {
             m = cross_sub(arm, axpy(half, load, n), m); // F3, F4
+        }
+        if segment.has_couple {
+            m = m - self.couple();
         }
         State { p: p + arm, d1, t, m, n }
     }

@@ -44,7 +44,7 @@ impl<L: Lane> Crossing<'_, L> {
             return;
         }
         let State { d1, t, .. } = *before;
-        let (arm, load) = (t * segment.length, segment.w * *lambda);
+        let (arm, load) = (t * segment.length, self.load());
         let half = lambda.constant(0.5);
         let zero = Vec3::splat(lambda.constant(0.0));
         let middle = axpy(half, load, after.n);
@@ -58,7 +58,10 @@ impl<L: Lane> Crossing<'_, L> {
             if let Some((parameters, index)) = by {
                 let source = &parameters.sources.segments[index];
                 darm = axpy(source.dL[k], t, darm);
-                dload = source.dload[k];
+                dload = self.in_world(source.dload[k]);
+            }
+            if segment.follows {
+                dload = dload + cross(w, load);
             }
             dn = dn - dload;
             if segment.has_dipole {
@@ -81,6 +84,14 @@ impl<L: Lane> Crossing<'_, L> {
             }
             if *force_arm {
                 dm = cross_sub(darm, middle, cross_sub(arm, axpy(half, dload, dn), dm));
+            }
+            if segment.has_couple {
+                if let Some((parameters, index)) = by {
+                    dm = dm - self.in_world(parameters.sources.segments[index].dmu[k]);
+                }
+                if segment.follows {
+                    dm = cross_sub(w, self.couple(), dm);
+                }
             }
             (columns.dp[k], columns.dn[k], columns.dm[k]) = (dp + darm, dn, dm);
         }

@@ -6,6 +6,7 @@
 pub mod acting;
 pub mod crossing;
 pub mod crossing_columns;
+pub mod cylinder;
 pub mod ends;
 pub mod first;
 pub mod index;

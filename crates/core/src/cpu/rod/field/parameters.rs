@@ -158,10 +158,16 @@ impl<L: Lane> Parameters<L> {
                 dF = dF - local.T3 * dipole.dX;
             }
             if dipole.turns {
-                let Dipole { X, clearance, .. } = space.dipoles[dipole.number];
-                let turned = Dipole { X, M: dipole.dM, clearance };
-                dB = dB + turned.B(x - X);
-                dF = dF + turned.G(x - X) * mu;
+                let of_field = space.dipoles[dipole.number];
+                let r = x - of_field.X;
+                if of_field.cylinder.is_some() {
+                    let (unit, pull) = of_field.by_moment(r, mu);
+                    (dB, dF) = (dB + unit * dipole.dM, dF + pull * dipole.dM);
+                    continue;
+                }
+                let turned = Dipole { M: dipole.dM, ..of_field };
+                dB = dB + turned.B(r);
+                dF = dF + turned.G(r) * mu;
             }
         }
         for change in &change.maps {

@@ -2,13 +2,14 @@
 //!
 //! Positions count from the base; mu0 / 4 pi is one in the plan's units.
 
+use super::cylinder::{Seen, distance};
 use super::map::Map;
 use super::program_field::FAR;
 use crate::cpu::algebra::{Mat3, Vec3, axpy, dot, outer};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::simd::lane::Lane;
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD};
+use crate::model::{Cylinder, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD};
 use std::sync::Arc;
 
 /// Squares of lengths below this are none.
@@ -20,6 +21,8 @@ pub struct Dipole<L> {
     pub X: Vec3<L>,
     pub M: Vec3<L>,
     pub clearance: L,
+    /// A cylinder along M, in place of a point.
+    pub cylinder: Option<Cylinder>,
 }
 
 /// B0 + G (x - x0) + the fields of dipoles.
@@ -61,6 +64,9 @@ impl<L: Lane> Dipole<L> {
     /// Its field at a distance r. F0
     #[inline(always)]
     pub fn B(&self, r: Vec3<L>) -> Vec3<L> {
+        if let Some(cylinder) = &self.cylinder {
+            return Seen::new(cylinder, self.M, r, 0).B();
+        }
         let (inverse2, inverse3) = inverses(r);
         (r * (dot(self.M, r) * inverse2 * r.x.constant(3.0)) - self.M) * inverse3
     }
@@ -68,6 +74,10 @@ impl<L: Lane> Dipole<L> {
     /// Its field and the force on a dipole there. F0, F1
     #[inline(always)]
     pub fn acts(&self, r: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        if let Some(cylinder) = &self.cylinder {
+            let seen = Seen::new(cylinder, self.M, r, 1);
+            return (seen.B(), seen.G() * mu);
+        }
         let (inverse2, inverse3) = inverses(r);
         let (a, b, c) = (dot(mu, r), dot(self.M, r), dot(mu, self.M));
         let b2 = b * inverse2;
@@ -79,6 +89,9 @@ impl<L: Lane> Dipole<L> {
     /// The gradient of its field.
     #[inline(always)]
     pub fn G(&self, r: Vec3<L>) -> Mat3<L> {
+        if let Some(cylinder) = &self.cylinder {
+            return Seen::new(cylinder, self.M, r, 1).G();
+        }
         let (inverse2, inverse3) = inverses(r);
         let b = dot(self.M, r);
         let along = axpy(b * inverse2 * r.x.constant(-5.0), r, self.M);
@@ -89,6 +102,9 @@ impl<L: Lane> Dipole<L> {
     /// Second derivatives of mu . B.
     #[inline(always)]
     pub fn T3(&self, r: Vec3<L>, mu: Vec3<L>) -> Mat3<L> {
+        if let Some(cylinder) = &self.cylinder {
+            return Seen::new(cylinder, self.M, r, 2).T3(mu);
+        }
         let (inverse2, inverse3) = inverses(r);
         let (a, b, c) = (dot(mu, r) * inverse2, dot(self.M, r), dot(mu, self.M));
         let five = r.x.constant(5.0);
@@ -102,6 +118,36 @@ impl<L: Lane> Dipole<L> {
         sum = outer(r * square, r, sum);
         sum * (inverse2 * inverse3 * r.x.constant(3.0))
     }
+}
+
+impl<L: Lane> Dipole<L> {
+    /// All three, and changes of B and of the force by its moment where they are asked for.
+    #[inline(always)]
+    pub fn all(&self, r: Vec3<L>, mu: Vec3<L>) -> Local<L> {
+        if let Some(cylinder) = &self.cylinder {
+            let seen = Seen::new(cylinder, self.M, r, 2);
+            return Local { B: seen.B(), G: seen.G(), T3: seen.T3(mu) };
+        }
+        Local { B: self.B(r), G: self.G(r), T3: self.T3(r, mu) }
+    }
+
+    /// dB/dM and d(G mu)/dM; a cylinder turns with its moment. F6
+    #[inline(always)]
+    pub fn by_moment(&self, r: Vec3<L>, mu: Vec3<L>) -> (Mat3<L>, Mat3<L>) {
+        if let Some(cylinder) = &self.cylinder {
+            let seen = Seen::new(cylinder, self.M, r, 2);
+            return (seen.unit(), seen.pull(mu));
+        }
+        // The force is as linear in one moment as in the other.
+        (unit(r), Dipole { M: mu, ..*self }.G(r))
+    }
+}
+
+/// The field of a dipole at a distance r, by its moment. F0
+#[inline(always)]
+fn unit<L: Lane>(r: Vec3<L>) -> Mat3<L> {
+    let (inverse2, inverse3) = inverses(r);
+    outer(r * (inverse2 * inverse3 * r.x.constant(3.0)), r, Mat3::identity(inverse3) * -inverse3)
 }
 
 /// r^-2 and r^-3
@@ -132,12 +178,13 @@ impl<L: Lane> Space<L> {
         self.G = gradient(entries);
         self.origin = program.vector(token, &inputs, field.entry + 5) - base;
         self.dipoles.clear();
-        for (j, clearance) in field.clearances.iter().enumerate() {
+        for (j, (clearance, cylinder)) in field.clearances.iter().zip(&field.cylinders).enumerate() {
             let at = field.entry + FIELD_RECORD + FIELD_DIPOLE_RECORD * j;
             self.dipoles.push(Dipole {
                 X: program.vector(token, &inputs, at) - base,
                 M: program.vector(token, &inputs, at + 3),
                 clearance: L::splat(token, *clearance),
+                cylinder: *cylinder,
             });
         }
         let first = field.entry + FIELD_RECORD + FIELD_DIPOLE_RECORD * field.clearances.len();
@@ -182,7 +229,7 @@ impl<L: Lane> Space<L> {
         let mut T3 = Mat3::zero(x.x);
         for dipole in &self.dipoles {
             let r = x - dipole.X;
-            let of_dipole = Local { B: dipole.B(r), G: dipole.G(r), T3: dipole.T3(r, mu) };
+            let of_dipole = dipole.all(r, mu);
             (B, G, T3) = (B + of_dipole.B, G + of_dipole.G, T3 + of_dipole.T3);
             kept.push(of_dipole);
         }
@@ -213,6 +260,10 @@ impl<L: Lane> Space<L> {
         let per = one / dot(along, along).max(least.constant(TINY));
         for dipole in &self.dipoles {
             let r = from - dipole.X;
+            if let Some(cylinder) = &dipole.cylinder {
+                least = least.min(distance(cylinder, dipole.M, r, along) - dipole.clearance);
+                continue;
+            }
             let share = (-dot(r, along) * per).max(zero).min(one);
             let nearest = axpy(share, along, r);
             least = least.min(dot(nearest, nearest).sqrt() - dipole.clearance);
