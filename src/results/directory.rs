@@ -145,9 +145,9 @@ impl RunRecord {
         Err(ResultsError::Damaged { path: store.path(SWEEP_FILE), reason })
     }
 
-    /// Version 0.1 hashed less.
+    /// Version 0.1 hashed less, and did not say by what it had solved.
     fn is_old(&self) -> bool {
-        self.version.starts_with("0.1.")
+        self.version.starts_with("0.1.") && self.method.is_none()
     }
 
     /// Hash of all but the id.

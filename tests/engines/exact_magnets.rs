@@ -102,21 +102,24 @@ fn the_field_is_that_of_another_program_at_a_thousand_places() {
 /// What a probe feels is the field, as kernels and reference have it.
 #[test]
 fn kernels_have_the_same_field() {
-    for (k, [diameter, length, x, y, z, ..]) in points().into_iter().enumerate().step_by(9) {
+    for (k, [diameter, length, x, y, z, bx, by, bz]) in points().into_iter().enumerate().step_by(9) {
+        // A torque of about 1 N·m, which turns the probe by a billionth.
+        let moment = 1e9 / norm([bx, by, bz]);
         let probe = format!(
             "[base]\nposition = [{x}, {y}, {z}]\n[[segment]]\nname = \"stem\"\nkind = \"flexible\"\nlength = 1e-9\n\
              stiffness = {{ bending = 1, torsion = 1 }}\n[[segment]]\nname = \"probe\"\nkind = \"rigid\"\nlength = 1e-9\n\
-             dipole_per_length = [1e5, 0, 0]\n"
+             dipole_per_length = [{moment}, 0, 0]\n"
         );
         let scene = scene("[0, 0, 1]", diameter, length, &probe);
-        // At the probe's middle.
-        let [bx, by, bz] = scene.sources.rod_field().expect("a field").flux_density([x, y, z + 1.5e-9]);
-        for (name, found, pose) in engines(&scene, &[]) {
-            // mu e1 x B = mu (0, -Bz, By)
-            let m = found.vector(0, Quantity::BaseMoment);
-            let error = apart(m, [0.0, -bz * 1e-4, by * 1e-4]) / (norm([bx, by, bz]) * 1e-4);
+        // Torque and force at the probe's middle: mu e1 x B = mu (0, -Bz, By).
+        let (mu, arm) = (1e-9 * moment, 1.5e-9);
+        let field = scene.sources.rod_field().expect("a field");
+        let (force, torque) = field.load([x, y, z + arm], [mu, 0.0, 0.0]);
+        let expected = [torque[0] - arm * force[1], torque[1] + arm * force[0], torque[2]];
+        // In single precision such moments are round-off.
+        for (name, found, pose) in engines(&scene, &[]).into_iter().filter(|(name, ..)| !name.ends_with("f32")) {
+            let error = apart(found.vector(0, Quantity::BaseMoment), expected);
             assert!(found.status(0).is_success(), "{name}, point {k}: {:?}", found.status(0));
-            // So stiff a stem has moments next to round-off; one less stiff would turn the probe.
             assert!(error < 10.0 * pose, "{name}, point {k}: {error:.1e}");
         }
     }

@@ -113,11 +113,7 @@ fn mistakes_name_key_and_remedy() {
         (format!("{PLANE}tip = \"sticks\""), "wall.anchor", "a held tip needs one"),
         (format!("{PLANE}anchor = [0, 0, 0.05]"), "wall.anchor", "a sliding tip has no anchor"),
         (format!("{PLANE}fricton = 0.1"), "wall.fricton", "did you mean `friction`"),
-        (
-            format!("{PLANE}[loads]\ntip_moment = [0, 0, 1e-3]"),
-            "loads.tip_moment",
-            "leave out `loads.tip_moment` or `[wall]`",
-        ),
+        (format!("{PLANE}[loads]\ntip_moment = [0, 0, 1e-3]"), "loads.tip_moment", "leave them out, or `[wall]`"),
         (format!("{PLANE}[model]\nrigid_force_arm = false"), "model.rigid_force_arm", "use the complete balance"),
     ];
     for (text, key, remedy) in cases {
