@@ -107,14 +107,16 @@ pub(super) fn unjudged_scene(reader: &Reader) -> Result<Scene, InputError> {
     if segments.is_empty() {
         return Err(reader.missing("segment", "add a [[segment]] block with a name, a kind and a length"));
     }
+    let (base, flux_density) = (base(reader)?, field_file::flux_density(reader)?);
+    let sources = FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? };
     let (loads, at_tip) = loads(reader, segments.len())?;
     let mut inner_forces = force_file::inner_forces(reader, &segments)?;
     inner_forces.extend(at_tip);
     let mut scene = Scene {
         name: reader.string("name")?.unwrap_or_default().to_owned(),
-        base: base(reader)?,
-        flux_density: field_file::flux_density(reader)?,
-        sources: FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? },
+        base,
+        flux_density,
+        sources,
         loads,
         inner_forces,
         wall: wall_file::wall(reader, &segments)?,
