@@ -10,7 +10,7 @@ use crate::backend::{Backend, BackendError, BackendKind, Precision};
 use crate::cpu::{Cpu, InstructionSet};
 #[cfg(feature = "gpu")]
 use crate::gpu;
-use crate::model::{DerivativeScale, Plan, PlanOptions, Scene, Stepper};
+use crate::model::{DerivativeScale, Magnet, Plan, PlanOptions, Scene, Stepper};
 use crate::reference::Reference;
 
 /// Why a field with nodes without a value is for the reference.
@@ -324,7 +324,7 @@ fn refuse_beside_wall(scene: &Scene, asked: Option<BackendKind>) -> Result<(), B
 
 /// Whether the field of a magnet is that of its cylinder.
 fn has_exact_magnet(scene: &Scene) -> bool {
-    scene.sources.magnets.iter().any(|magnet| magnet.body.is_some_and(|body| body.is_exact))
+    scene.sources.magnets.iter().any(Magnet::is_exact)
 }
 
 /// Whether a sampled field has nodes without a value.

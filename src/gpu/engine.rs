@@ -9,7 +9,7 @@ use super::{solve_batch, voxel_sweep};
 use crate::backend::{
     Backend, BackendError, BackendInfo, BackendKind, Precision, ReduceJob, Reduced, Returned, RungCount,
 };
-use crate::model::{BLOCK, Batch, Plan, Solutions};
+use crate::model::{BLOCK, Batch, Magnet, Plan, Solutions};
 
 /// Outputs of one dispatch at most (bytes).
 const OUTPUT_BUDGET: u64 = 64 << 20;
@@ -51,8 +51,7 @@ impl Gpu {
                 remedy: "use the CPU engine".into(),
             });
         }
-        let dipoles = plan.scene.rod().field.map_or(Vec::new(), |field| field.dipoles);
-        if dipoles.iter().any(|dipole| dipole.cylinder.is_some()) {
+        if plan.scene.sources.magnets.iter().any(Magnet::is_exact) {
             return Err(BackendError::Unsupported {
                 backend: BackendKind::Gpu,
                 what: "the exact field of a cylindrical magnet".into(),

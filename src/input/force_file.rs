@@ -9,7 +9,7 @@ use crate::model::{
 
 const KEYS: [&str; 7] = ["name", "segment", "at", "force", "force_per_length", "moment", "frame"];
 
-/// What a key of `[loads]` gives at the tip: a vector that keeps its direction, or `{ value, frame }`.
+/// A load at the tip as `[loads]` gives it: a vector is dead, `{ value, frame = "body" }` follows the tip.
 pub(super) enum AtTip {
     Dead(Option<Vector>),
     Follows(InnerForce),

@@ -71,7 +71,7 @@ pub fn parameter_groups(scene: &Scene) -> Vec<ParameterGroup> {
     groups
 }
 
-/// What a component of a force or a moment inside of the rod, or at its tip, is.
+/// Describes a component of a force or a moment inside of the rod, or at its tip.
 fn of_load(kind: &str, load: &InnerForce, axis: Axis) -> String {
     let place = if load.place == ForcePlace::Tip { "at the tip".into() } else { format!("`{}`", load.name) };
     match load.frame {

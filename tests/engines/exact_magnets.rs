@@ -99,7 +99,7 @@ fn the_field_is_that_of_another_program_at_a_thousand_places() {
     }
 }
 
-/// What a probe feels is the field, as kernels and reference have it.
+/// A stiff probe bears the torque of the field at its place: kernels and reference agree with the model's field.
 #[test]
 fn kernels_have_the_same_field() {
     for (k, [diameter, length, x, y, z, bx, by, bz]) in points().into_iter().enumerate().step_by(9) {

@@ -238,7 +238,7 @@ fn engines_agree_on_random_designs() {
     assert!(solved > 120 && compared > 2 * solved - 20, "seed {seed}: {solved} solved, {compared} compared");
 }
 
-/// What turns with the rod is, where it stands, a dead load: the same rod under those is in equilibrium there, too.
+/// In an equilibrium a follower load equals the dead load of its present direction: the rod under such dead loads has the same tip.
 #[test]
 fn in_its_equilibrium_such_a_load_is_a_dead_one() {
     let mut generator = Random(day::today());
@@ -311,7 +311,7 @@ fn its_derivatives_are_those_of_neighbours() {
         let (low, high) = (tip(-1e-4), tip(1e-4));
         let mut slope: Vec<f64> = (0..3).map(|axis| (high.0[axis] - low.0[axis]) / (2e-4 * size)).collect();
         let matrix = |rows: [Vector; 3]| Matrix3::from_fn(|row, col| rows[row][col]);
-        // Of a small rotation.
+        // The rotation is small: its vector is the antisymmetric part of the matrix.
         let turned = matrix(high.1) * matrix(low.1).transpose();
         let turn = [turned[(2, 1)] - turned[(1, 2)], turned[(0, 2)] - turned[(2, 0)], turned[(1, 0)] - turned[(0, 1)]];
         let turn = turn.map(|x| 0.5 * x);

@@ -240,7 +240,7 @@ fn of_magnet(magnet: &Magnet) -> FieldSource {
         is_swept: false,
         dipoles: dipoles.iter().map(|dipole| dipole.position).collect(),
         // That of an exact cylinder is about its surface, which is drawn.
-        clearance: magnet.body.is_none_or(|body| !body.is_exact).then_some(magnet.clearance),
+        clearance: (!magnet.is_exact()).then_some(magnet.clearance),
     }
 }
 

@@ -85,7 +85,7 @@ impl Dipole {
         (3.0 * first - second * (15.0 / r2) + r * r.transpose() * (105.0 * a * b / (r2 * r2))) / r2.powf(2.5)
     }
 
-    /// The same of a cylinder, term by term of the potential's third derivatives. F12
+    /// Second derivatives of mu . B of a cylinder, summed from the third derivatives of its potential. F12
     fn T3_of_cylinder(&self, cylinder: &Cylinder, r: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
         let axis = self.M.normalize();
         let z = axis.dot(&r);
@@ -102,7 +102,7 @@ impl Dipole {
         -self.M.norm() * (in_plane + with_axis + outer(mixed, axis) + along)
     }
 
-    /// What a change of the moment changes of B and of the force on mu at a distance r: a cylinder turns with its moment.
+    /// Changes of B and of the force on mu at a distance r by a change of the moment; a cylinder turns with its moment.
     fn by_moment(&self, dM: Vector3<f64>, r: Vector3<f64>, mu: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         if self.cylinder.is_none() {
             let grown = Self { M: dM, ..*self };

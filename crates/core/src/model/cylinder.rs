@@ -55,7 +55,7 @@ impl Cylinder {
     /// A cylinder that no point comes nearer to than `clearance`.
     pub fn new(length: f64, diameter: f64, clearance: f64) -> Self {
         let radius = 0.5 * diameter;
-        // Of distances from an edge the least over the largest.
+        // The least distance from a point to the circle of an end, over the largest, bounds the error of the rule.
         let nearest = clearance / (2.0 * radius + clearance);
         let needed = DIGITS / (4.0 * nearest.sqrt().atanh());
         let rule = COUNTS.iter().position(|count| *count as f64 >= needed).unwrap_or(COUNTS.len() - 1);

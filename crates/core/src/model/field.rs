@@ -262,10 +262,14 @@ impl Magnet {
         vec![scaled(one, e), scaled(one, -e), scaled(other, e), scaled(other, -e)]
     }
 
+    /// Whether its field is that of its cylinder.
+    pub fn is_exact(&self) -> bool {
+        self.body.is_some_and(|body| body.is_exact)
+    }
+
     /// Its strength; that of an exact cylinder is never nothing, for its moment shows where its axis points.
     fn shown_strength(&self) -> f64 {
-        let is_exact = self.body.is_some_and(|body| body.is_exact);
-        if is_exact && self.strength.abs() < LEAST_STRENGTH { LEAST_STRENGTH } else { self.strength }
+        if self.is_exact() && self.strength.abs() < LEAST_STRENGTH { LEAST_STRENGTH } else { self.strength }
     }
 
     /// How many dipoles stand for it.

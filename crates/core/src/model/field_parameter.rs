@@ -30,7 +30,7 @@ pub(super) fn all(sources: &FieldSources) -> Vec<Parameter> {
     for magnet in 0..sources.magnets.len() {
         let vectors: [fn(Axis) -> MagnetParameter; 3] = [M::Position, M::Moment, M::Rotation];
         // The moment of an exact cylinder stays along its axis: `strength` and `rotation` change it.
-        let is_exact = sources.magnets[magnet].body.is_some_and(|body| body.is_exact);
+        let is_exact = sources.magnets[magnet].is_exact();
         let components = vectors.iter().flat_map(|vector| Axis::ALL.map(vector));
         let components = components.filter(|number| !(is_exact && matches!(number, M::Moment(_))));
         all.extend(components.chain([M::Strength]).map(|parameter| P::Magnet(magnet, parameter)));

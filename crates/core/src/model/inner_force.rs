@@ -199,12 +199,12 @@ pub(super) fn chain(scene: &Scene, index: usize, axis: Axis) -> Vec<(Slot, f64)>
     }
 }
 
-/// The same of a couple.
+/// Slots and rates of a component of a couple.
 pub(super) fn moment_chain(scene: &Scene, index: usize, axis: Axis) -> Vec<(Slot, f64)> {
     scene.station_index(index).map(|station| (Slot::Couple(station, axis), 1.0)).into_iter().collect()
 }
 
-/// What more of a rigid segment changes of the couples that forces at its middle, which turn with it, make at its distal end.
+/// Slots and rates by the length of a rigid segment: follower forces at its middle make couples at its distal end, which grow with the arm.
 pub(super) fn length_chain(scene: &Scene, segment: usize) -> Vec<(Slot, f64)> {
     let half = if scene.rigid_force_arm { 0.5 } else { 0.0 };
     let follows = |index: &usize| {

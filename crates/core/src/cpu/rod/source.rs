@@ -34,7 +34,7 @@ pub struct Source<L> {
     pub du_star: Mat3<L>,
     pub du_star_rise: Mat3<L>,
     pub dC_se: Mat3<L>,
-    /// Of the dipole, per length on a flexible segment; of the couple of a piece that bears one and has no dipole.
+    /// Change of the dipole, per length on a flexible segment. A piece that bears a couple has no dipole: the couple's change stands here.
     pub dmu: Mat3<L>,
     /// Of the force, per length on a flexible segment.
     pub dload: Mat3<L>,

@@ -4,8 +4,8 @@ use crate::cpu::algebra::{Mat3, Vec3, dot, hat, outer};
 use crate::cpu::simd::lane::Lane;
 use crate::model::Cylinder;
 
-/// What the ends of a cylinder make at a point, in units of its moment: derivatives by the square of the distance from the axis (s) and
-/// along it (z).
+/// Derivatives of a cylinder's potential at a point, per unit of its moment: by the square of the distance from the axis (s) and by the
+/// coordinate along it (z).
 #[derive(Clone, Copy, Debug)]
 struct Slopes<L> {
     s: L,
