@@ -60,7 +60,7 @@ fn judge(rod: Rod, end: PathEnd, found: Found) -> Verdict {
     let certain = end.path == SEARCH || verdict.index < 0.5 || is_sharp(found.w);
     verdict.converged = found.converged && within_reach && certain;
     verdict.stable = verdict.index < 0.5;
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     // Under a dead tip moment det W tells whether the rod has diverged; few steps to get there do not tell. S6
     if end.path != RAMP && has_no_energy(rod) {
         verdict.stable = verdict.stable || 0.0 < dot(found.w[0], cross(found.w[1], found.w[2]));

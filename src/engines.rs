@@ -358,6 +358,23 @@ pub fn second_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     cpu_f64(&for_second_attempt(plan))
 }
 
+/// Whether rows of a plan can be solved again from the load at their own base. In a uniform field it saves nothing; where stability
+/// follows from the path alone, and beside a wall, the path is followed again.
+pub(crate) fn can_answer_again(plan: &Plan) -> bool {
+    plan.terms.varying_field && !plan.terms.wall && !plan.terms.load_without_energy && !has_gaps(&plan.scene)
+}
+
+/// The resolution of the second attempt, for searches that start where rows are.
+///
+/// # Errors
+///
+/// A plan that the engine does not model.
+pub fn answer_on_finer_steps(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    let plan = for_second_attempt(plan);
+    let plan = plan.with_options(PlanOptions { fold_rows: false, ..plan.options });
+    cpu_f64(&plan.with_near_starts())
+}
+
 /// The second attempt on finer steps, for samples whose error estimate misses the tolerance even so.
 ///
 /// # Errors

@@ -50,6 +50,24 @@ def test_the_command_is_installed(root: Path) -> None:
     assert subprocess.run([command, "--version"], capture_output=True, text=True).stdout.startswith("rodsweep ")
 
 
+def test_readers_open_a_folder_of_rows_whole(root: Path, program: Any, tmp_path: Path) -> None:
+    """Parts that lie apart are all that pandas, polars and pyarrow find there, after a study, too."""
+    out = tmp_path / "out"
+    program(
+        "run", root / "sweeps/lap.toml", "--out", out, "--set", "output.format=parquet", "--set", "output.rows_in_folder=true",
+        "--backend", "cpu", "--part-size", "16", "--quiet", "--no-figures",
+    )
+    program("workspace", out, "--quiet")
+    rows = len(rodsweep.Results.open(out).table("sample"))
+    assert rows > 16 and (out / "workspace.parquet").exists()
+    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
+    dataset = pytest.importorskip("pyarrow.dataset")
+    assert len(pandas.read_parquet(out / "rows")) == rows
+    assert polars.read_parquet(out / "rows").height == rows
+    assert polars.read_parquet(str(out / "rows" / "*.parquet")).height == rows
+    assert dataset.dataset(out / "rows", format="parquet").count_rows() == rows
+
+
 def test_jobs_call_the_command(root: Path, tmp_path: Path) -> None:
     scripts = tmp_path / "scripts"
     words = ["submit", "slurm", root / "sweeps/lap.toml", "--out", tmp_path / "out", "--workers", 2, "--write", scripts]

@@ -105,7 +105,7 @@ fn accept(history: History, goal: f32, m0: vec3<f32>) -> History {
     return History(goal, m0, history.lambda, secant, bend);
 }
 
-//@if TIP_MOMENT
+//@if LOAD_WITHOUT_ENERGY
 // Whether a load step takes the margin so far, where it is small, that stability may be lost and won again between.
 fn leaps(square: f32, last_square: f32) -> bool {
     let near = !is_above(max(square, last_square), NEAR_MARGIN);
@@ -131,7 +131,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
     // Largest squared norm of the inverse on accepted steps, and that on the last.
     var weakest = 0.0;
     var last_square = 3.0;
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     // (dr/dm0)^-1 there.
     var last_inverse = identity();
     let dead = has_no_energy(rod);
@@ -154,7 +154,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         let guarded = false;
         //@end
         var smallest_step = select(SMALLEST_RAMP_STEP, SMALLEST_GUARDED_STEP, guarded);
-        //@if TIP_MOMENT
+        //@if LOAD_WITHOUT_ENERGY
         if guarded { smallest_step = SMALLEST_UNSYMMETRIC_STEP; }
         //@end
         let first_bound = TRUST * (1.0 / CONTRACTION);
@@ -167,7 +167,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
             corrections = 0.0;
             weakest = 0.0;
             last_square = 3.0;
-            //@if TIP_MOMENT
+            //@if LOAD_WITHOUT_ENERGY
             last_inverse = identity();
             //@end
             retreats = 0.0;
@@ -207,7 +207,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         // that bound, those with care for w itself. S5, S6
         var form = w;
         var form_inverse = w_inverse;
-        //@if TIP_MOMENT
+        //@if LOAD_WITHOUT_ENERGY
         if !guarded {
             form = columns_cross_sub(columns[BY_MOMENT].w, rod.l_tip * (goal * 0.5), w);
             form_inverse = inverse(form);
@@ -216,7 +216,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         var same_branch = 0.0 < dot(form[0], cross(form[1], form[2]));
         if guarded {
             var holds = stability_index(tip) < 0.5;
-            //@if TIP_MOMENT
+            //@if LOAD_WITHOUT_ENERGY
             holds = holds || dead;
             //@end
             same_branch = same_branch && holds;
@@ -229,7 +229,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
         let recovers = !is_above(weakest, NARROW_MARGIN) && square < 0.25 * weakest;
         let lost = converged && same_branch && select(!safe, recovers, guarded);
         var accepted = converged && same_branch && !lost;
-        //@if TIP_MOMENT
+        //@if LOAD_WITHOUT_ENERGY
         var departed = 0.0;
         if guarded {
             departed = departure(last_inverse, w);
@@ -261,7 +261,7 @@ fn follow_path(rod: Rod, first: u32, rest: RestSlope) -> PathEnd {
                 if guarded {
                     let fall = vec2<f32>(sqrt(3.0 / square), sqrt(3.0 / last_square));
                     step = min(step, affordable(fall.x, fall.y, used, NEAR_MARGIN, SPENT));
-                    //@if TIP_MOMENT
+                    //@if LOAD_WITHOUT_ENERGY
                     if dead { step = min(step, used * (DEPARTURE_AIM * DEPARTURE) / max(departed, SMALLEST)); }
                     last_inverse = w_inverse;
                     //@end

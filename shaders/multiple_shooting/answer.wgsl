@@ -104,11 +104,11 @@ fn lose(code: u32) {
 fn answer(rod: Rod) {
     let by_tip = margin(w_inverse);
     let index = node_index;
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     factor_symmetric();
     //@end
     let stability = node_margin(by_tip);
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     factor(hat(rod.l_tip * 0.5));
     //@end
     let finer = tip_response(rod);

@@ -4,13 +4,13 @@
 // Newton's step at all nodes, after a pass with transfers, under a share of the load; its size, against the largest moment.
 fn newton_step(rod: Rod, lambda: f32) -> f32 {
     let l_tip = rod.l_tip * lambda;
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     factor_symmetric();
     let index_there = node_index;
     let least_there = least;
     //@end
     factor(hat(l_tip * 0.5)); // N2
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     node_index = index_there;
     least = least_there;
     //@end

@@ -58,7 +58,7 @@ struct TipChange {
 fn tip_response(rod: Rod) -> TipChange {
     //@if RECIPROCITY
     hold_matrix(BASE_ROTATION, held_matrix(interval_at(0u) + PIVOT_S));
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     // The adjoint condition, dm - w x l_tip = unit.
     factor(hat(rod.l_tip * -0.5));
     //@end

@@ -35,7 +35,7 @@ fn new_responses(rod: Rod, tip: Tip) -> Responses {
     let dm_moment = tip_moment_columns(tip, BY_MOMENT);
     let dm_force = tip_moment_columns(tip, BY_FORCE);
     var responses: Responses;
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     responses.moment = inverse(columns_cross_sub(columns[BY_MOMENT].w, rod.l_tip, dm_moment));
     responses.force = -1.0 * (responses.moment * columns_cross_sub(columns[BY_FORCE].w, rod.l_tip, dm_force));
     //@else
@@ -44,7 +44,7 @@ fn new_responses(rod: Rod, tip: Tip) -> Responses {
     //@end
     //@if ROTATES
     let dm_rotation = tip_moment_columns(tip, BY_ROTATION);
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     let by_rotation = columns_cross_sub(columns[BY_ROTATION].w, rod.l_tip, dm_rotation);
     responses.rotation = -1.0 * (responses.moment * by_rotation);
     responses.base_rotation = -1.0 * (inverse(dm_moment) * dm_rotation);

@@ -53,7 +53,7 @@ fn load() -> Rod {
     rod.f_tip = tip_force();
     rod.n0 = base_force(rod);
     //@end
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     rod.l_tip = tip_moment();
     //@end
     rod.flexible_length = flexible_length();

@@ -86,7 +86,7 @@ fn is_above(square: f32, bound: f32) -> bool {
     return square * (bound * bound) < 3.0;
 }
 
-//@if TIP_MOMENT
+//@if LOAD_WITHOUT_ENERGY
 // Where a dead moment acts at the tip: its work depends on the way, and no energy tells stability. S6
 fn has_no_energy(rod: Rod) -> bool {
     return any(rod.l_tip != vec3<f32>());

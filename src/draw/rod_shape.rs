@@ -105,7 +105,7 @@ pub struct RodShape {
     /// World frame (N).
     pub tip_force: Option<Vector>,
     /// At points between base and tip.
-    pub inner_forces: Vec<ForceAt>,
+    pub inner_loads: Vec<ForceAt>,
     /// Centreline at rest (m).
     pub rest: Option<Vec<Vector>>,
 }
@@ -254,7 +254,7 @@ impl RodShape {
                 });
             }
         }
-        let inner = self.inner_forces.iter().map(|inner| (inner.point, inner.force));
+        let inner = self.inner_loads.iter().map(|inner| (inner.point, inner.force));
         let forces: Vec<(Vector, Vector)> = self.tip_force.map(|force| (tip, force)).into_iter().chain(inner).collect();
         let press = self.wall.as_ref().and_then(|wall| wall.press).filter(|press| nonzero(press.force));
         let sizes = forces.iter().map(|(_, force)| norm(*force)).chain(press.map(|press| norm(press.force)));
@@ -343,7 +343,7 @@ impl RodShape {
         if let Some(force) = self.tip_force.filter(|f| nonzero(*f)) {
             entries.push(force_entry("tip force F", norm(force)));
         }
-        match &self.inner_forces[..] {
+        match &self.inner_loads[..] {
             [] => {}
             [inner] => entries.push(force_entry(&format!("force {}", inner.name), norm(inner.force))),
             forces => {

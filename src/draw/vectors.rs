@@ -1,15 +1,8 @@
 //! Vectors in space.
 
 use crate::model::Vector;
+pub(super) use crate::model::vectors::{cross, dot, norm};
 use std::f64::consts::TAU;
-
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
 
 pub(super) fn plus(a: Vector, b: Vector) -> Vector {
     std::array::from_fn(|k| a[k] + b[k])
@@ -22,10 +15,6 @@ pub(super) fn minus(a: Vector, b: Vector) -> Vector {
 /// `a + by b`
 pub(super) fn along(a: Vector, by: f64, b: Vector) -> Vector {
     std::array::from_fn(|k| a[k] + by * b[k])
-}
-
-pub(super) fn norm(v: Vector) -> f64 {
-    dot(v, v).sqrt()
 }
 
 pub(super) fn distance(a: Vector, b: Vector) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::wall::wall;
 use crate::draw::{ForceAt, RodShape, Stretch, StretchKind, Surroundings};
-use crate::model::{ForcePlace, Frame, InnerForce, RigidRod, Rod, RodSegment, Scene, Segment, Status, Vector};
+use crate::model::{Frame, InnerLoad, LoadPlace, RigidRod, Rod, RodSegment, Scene, Segment, Status, Vector};
 use crate::reference::{Equilibrium, Pose, shape, solve_rod};
 use crate::study::{Solved, along_segments, smooth_count};
 
@@ -55,21 +55,21 @@ pub fn rod_shape(solved: &Solved) -> Result<RodShape, NothingToDraw> {
         surroundings: Surroundings::of(scene),
         wall: wall(solved),
         tip_force: if_any(rod.tip_force),
-        inner_forces: inner_forces(scene, &rod, &equilibrium),
+        inner_loads: inner_loads(scene, &rod, &equilibrium),
         rest: centreline_at_rest(&rod),
     })
 }
 
 /// Forces at points of the rod: at stations and at the middles of rigid segments.
-fn inner_forces(scene: &Scene, rod: &Rod, equilibrium: &Equilibrium) -> Vec<ForceAt> {
-    let is_drawn = |force: &&InnerForce| force.place != ForcePlace::Along && force.force != [0.0; 3];
-    let mut forces: Vec<&InnerForce> = scene.inner_forces.iter().filter(is_drawn).collect();
+fn inner_loads(scene: &Scene, rod: &Rod, equilibrium: &Equilibrium) -> Vec<ForceAt> {
+    let is_drawn = |force: &&InnerLoad| force.place != LoadPlace::Along && force.force != [0.0; 3];
+    let mut forces: Vec<&InnerLoad> = scene.inner_loads.iter().filter(is_drawn).collect();
     if forces.is_empty() {
         return Vec::new();
     }
     forces.sort_by(|a, b| scene.arc_length_of(a).total_cmp(&scene.arc_length_of(b)));
     let at: Vec<f64> = forces.iter().map(|force| scene.arc_length_of(force)).collect();
-    let of = |(load, pose): (&InnerForce, Pose)| {
+    let of = |(load, pose): (&InnerLoad, Pose)| {
         let turned = pose.rotation.map(|row| (0..3).map(|k| row[k] * load.force[k]).sum());
         let force = if load.frame == Frame::Body { turned } else { load.force };
         ForceAt { name: load.name.clone(), point: pose.position, force }

@@ -4,7 +4,8 @@ use super::shader::interval_bound;
 use crate::backend::Precision;
 use crate::clock::Busy;
 use crate::model::tolerances::growth_limit;
-use crate::model::{Batch, Plan, Quantity, Rod, RodSegment, Solutions, Status, Vector};
+use crate::model::vectors::norm;
+use crate::model::{Batch, Plan, Quantity, Rod, RodSegment, Solutions, Status};
 use rayon::prelude::*;
 
 /// A path that ends on a smaller share of the load has not told why.
@@ -83,10 +84,6 @@ fn growth_bound(rod: &Rod) -> f64 {
         ((pull * (1.0 + give * pull) + norm(flexible.dipole) * field) * soft).sqrt() * flexible.length
     };
     rod.segments.iter().map(of_segment).sum()
-}
-
-fn norm(v: Vector) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// By how many powers of e the stiffness of tapers changes, each by the axis where that is most.

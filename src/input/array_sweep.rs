@@ -74,6 +74,7 @@ pub fn sweep_of_rows(scene: Scene, table: InputTable) -> Result<SweepSpec, Input
         wrt: Vec::new(),
         single_derivatives: false,
         format: Format::Parquet,
+        rows_in_folder: false,
         workspace: WorkspaceOptions::default(),
         notes: Vec::new(),
     })

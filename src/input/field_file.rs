@@ -10,12 +10,13 @@ use crate::model::{
 };
 
 const FIELD_KEYS: [&str; 4] = ["flux_density", "gradient", "mri_gradient", "origin"];
-const MAGNET_KEYS: [&str; 11] = [
+const MAGNET_KEYS: [&str; 12] = [
     "name",
     "position",
     "moment",
     "remanence",
     "diameter",
+    "inner_diameter",
     "length",
     "axis",
     "field",
@@ -138,13 +139,14 @@ fn magnet(reader: &Reader) -> Result<Magnet, InputError> {
     })
 }
 
-/// A cylinder; a diameter alone is that of a sphere, which is a dipole.
+/// A cylinder or a ring; a diameter alone is that of a sphere, which is a dipole.
 fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
     let (axis, length) = (reader.vector("axis", "")?, reader.quantity("length", "m")?);
     let diameter = reader.quantity("diameter", "m")?;
+    let bore = reader.quantity("inner_diameter", "m")?;
     let is_exact = is_exact(reader)?;
     let (Some(axis), Some(length), Some(diameter)) = (axis, length, diameter) else {
-        let given = [("axis", axis.is_some()), ("length", length.is_some())];
+        let given = [("axis", axis.is_some()), ("length", length.is_some()), ("inner_diameter", bore.is_some())];
         if let Some((name, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
             let remedy = format!("a cylinder has axis, diameter and length, and `{name}` is given");
             let missing = [("axis", axis.is_none()), ("length", length.is_none()), ("diameter", diameter.is_none())];
@@ -165,7 +167,7 @@ fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
     }
     // What already has length one stays as it is, so that a scene written and read again is the same.
     let axis = if (size - 1.0).abs() < 4.0 * f64::EPSILON { axis } else { axis.map(|x| x / size) };
-    Ok(Some(MagnetBody { axis, length, diameter, is_exact }))
+    Ok(Some(MagnetBody { axis, length, diameter, bore: bore.unwrap_or(0.0), is_exact }))
 }
 
 /// Whether the field of a cylinder is asked for, in place of that of a few dipoles.

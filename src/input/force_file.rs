@@ -4,7 +4,7 @@ use super::error::{InputError, Problem};
 use super::segment_file::check_name;
 use super::toml::Reader;
 use crate::model::{
-    ForcePlace, Frame, InnerForce, Scene, SceneError, Segment, SegmentKind, Vector, closest, short_number,
+    Frame, InnerLoad, LoadPlace, Scene, SceneError, Segment, SegmentKind, Vector, closest, short_number,
 };
 
 const KEYS: [&str; 7] = ["name", "segment", "at", "force", "force_per_length", "moment", "frame"];
@@ -12,7 +12,7 @@ const KEYS: [&str; 7] = ["name", "segment", "at", "force", "force_per_length", "
 /// A load at the tip as `[loads]` gives it: a vector is dead, `{ value, frame = "body" }` follows the tip.
 pub(super) enum AtTip {
     Dead(Option<Vector>),
-    Follows(InnerForce),
+    Follows(InnerLoad),
 }
 
 /// `tip_force` or `tip_moment` of a rod of so many segments.
@@ -34,10 +34,10 @@ pub(super) fn at_tip(
         return Ok(AtTip::Dead(Some(value)));
     }
     let is_force = key == "tip_force";
-    Ok(AtTip::Follows(InnerForce {
+    Ok(AtTip::Follows(InnerLoad {
         name: key.into(),
         segment: segments.saturating_sub(1),
-        place: ForcePlace::Tip,
+        place: LoadPlace::Tip,
         force: if is_force { value } else { [0.0; 3] },
         moment: (!is_force).then_some(value),
         frame: Frame::Body,
@@ -45,16 +45,16 @@ pub(super) fn at_tip(
 }
 
 /// The loads of the `[[load]]` blocks of a scene with these segments.
-pub(super) fn inner_forces(reader: &Reader, segments: &[Segment]) -> Result<Vec<InnerForce>, InputError> {
+pub(super) fn inner_loads(reader: &Reader, segments: &[Segment]) -> Result<Vec<InnerLoad>, InputError> {
     // Not an array, it is what `[loads]` is meant to be.
     if reader.is_table("load") {
         let problem = Problem::UnknownKey { suggestion: Some("loads".into()), known: vec!["loads", "[[load]]"] };
         return Err(reader.error("load", problem));
     }
-    reader.tables("load")?.iter().map(|reader| inner_force(reader, segments)).collect()
+    reader.tables("load")?.iter().map(|reader| inner_load(reader, segments)).collect()
 }
 
-fn inner_force(reader: &Reader, segments: &[Segment]) -> Result<InnerForce, InputError> {
+fn inner_load(reader: &Reader, segments: &[Segment]) -> Result<InnerLoad, InputError> {
     reader.check_keys(&KEYS)?;
     let name = reader.string("name")?;
     let name = name.ok_or_else(|| {
@@ -88,7 +88,7 @@ fn inner_force(reader: &Reader, segments: &[Segment]) -> Result<InnerForce, Inpu
     let named = segment(reader, segments)?;
     let at = reader.quantity("at", "m")?;
     let (segment, place) = match (is_along, named, at) {
-        (true, Some(segment), None) => (segment, ForcePlace::Along),
+        (true, Some(segment), None) => (segment, LoadPlace::Along),
         (true, _, Some(_)) => {
             let remedy = "it acts all along its segment: leave out `at`, or give `force`".into();
             return Err(reader.error("at", Problem::Conflict { with: "force_per_length".into(), remedy }));
@@ -98,20 +98,20 @@ fn inner_force(reader: &Reader, segments: &[Segment]) -> Result<InnerForce, Inpu
             return Err(reader.missing("segment", remedy));
         }
         (false, Some(segment), None) => match segments[segment].kind {
-            SegmentKind::Rigid(_) => (segment, ForcePlace::Middle),
+            SegmentKind::Rigid(_) => (segment, LoadPlace::Middle),
             SegmentKind::Flexible(_) => {
                 let remedy = "say how far from the segment's proximal end the force acts, such as at = \"20 mm\"";
                 return Err(reader.missing("at", remedy));
             }
         },
-        (false, Some(segment), Some(at)) => (segment, ForcePlace::At(at)),
+        (false, Some(segment), Some(at)) => (segment, LoadPlace::At(at)),
         (false, None, Some(at)) => station(reader, segments, at)?,
         (false, None, None) => {
             let remedy = "say how far from the base the force acts, such as at = \"20 mm\", or give a `segment`";
             return Err(reader.missing("at", remedy));
         }
     };
-    Ok(InnerForce { name: name.into(), segment, place, force, moment, frame })
+    Ok(InnerLoad { name: name.into(), segment, place, force, moment, frame })
 }
 
 /// In which frame a load keeps its direction.
@@ -137,7 +137,7 @@ fn segment(reader: &Reader, segments: &[Segment]) -> Result<Option<usize>, Input
 }
 
 /// The flexible segment at a distance from the base, and the place on it.
-fn station(reader: &Reader, segments: &[Segment], at: f64) -> Result<(usize, ForcePlace), InputError> {
+fn station(reader: &Reader, segments: &[Segment], at: f64) -> Result<(usize, LoadPlace), InputError> {
     let refused = |expected: String| {
         Err(reader.error("at", Problem::Range { value: format!("{} m", short_number(at)), expected }))
     };
@@ -149,7 +149,7 @@ fn station(reader: &Reader, segments: &[Segment], at: f64) -> Result<(usize, For
         let on = (at - start).min(segment.length);
         let holds = at >= start - slack && at <= end + slack;
         match segment.kind {
-            SegmentKind::Flexible(_) if holds => return Ok((index, ForcePlace::At(on.max(0.0)))),
+            SegmentKind::Flexible(_) if holds => return Ok((index, LoadPlace::At(on.max(0.0)))),
             SegmentKind::Rigid(_) if holds && at < end - slack => {
                 return refused(format!(
                     "a place on a flexible segment: here is `{0}`, which is rigid; with segment = \"{0}\" in place of `at` the force acts at its middle",
@@ -174,15 +174,15 @@ pub(super) fn key(scene: &Scene, error: &SceneError) -> Option<String> {
 
 /// The key of the first load without energy.
 pub(super) fn key_without_energy(scene: &Scene) -> String {
-    match scene.inner_forces.iter().position(|load| !load.is_dead_force()) {
-        Some(at) if scene.inner_forces[at].place != ForcePlace::Tip => format!("load[{at}]"),
-        Some(at) => format!("loads.{}", scene.inner_forces[at].name),
+    match scene.inner_loads.iter().position(|load| !load.is_dead_force()) {
+        Some(at) if scene.inner_loads[at].place != LoadPlace::Tip => format!("load[{at}]"),
+        Some(at) => format!("loads.{}", scene.inner_loads[at].name),
         None => "load".into(),
     }
 }
 
 /// A key of the last force of a name.
 pub(super) fn key_of(scene: &Scene, name: &str, rest: &str) -> Option<String> {
-    let at = scene.inner_forces.iter().rposition(|force| force.name == name)?;
+    let at = scene.inner_loads.iter().rposition(|force| force.name == name)?;
     Some(format!("load[{at}].{rest}"))
 }

@@ -2,7 +2,7 @@
 
 use super::quantity_text::quantity_text;
 use crate::model::{
-    Axis, ForcePlace, Frame, GradientEntry, InnerForce, MagnetParameter, Parameter, Scene, SegmentParameter, ShearAxis,
+    Axis, Frame, GradientEntry, InnerLoad, LoadPlace, MagnetParameter, Parameter, Scene, SegmentParameter, ShearAxis,
     StiffnessAxis, WallParameter,
 };
 use MagnetParameter as M;
@@ -72,8 +72,8 @@ pub fn parameter_groups(scene: &Scene) -> Vec<ParameterGroup> {
 }
 
 /// Describes a component of a force or a moment inside of the rod, or at its tip.
-fn of_load(kind: &str, load: &InnerForce, axis: Axis) -> String {
-    let place = if load.place == ForcePlace::Tip { "at the tip".into() } else { format!("`{}`", load.name) };
+fn of_load(kind: &str, load: &InnerLoad, axis: Axis) -> String {
+    let place = if load.place == LoadPlace::Tip { "at the tip".into() } else { format!("`{}`", load.name) };
     match load.frame {
         Frame::World => format!("{kind} {place}, along {} of the world", axis.name()),
         Frame::Body => format!("{kind} {place}, turns with the rod, along {} of its frame there", axis.name()),
@@ -111,9 +111,9 @@ fn meaning(scene: &Scene, parameter: Parameter) -> String {
         P::Gravity(axis) => along("acceleration of gravity", axis),
         P::DistributedForce(axis) => along("force per length on the whole rod", axis),
         P::FluidDensity => "density of the fluid around the rod".into(),
-        P::InnerMoment(load, axis) => of_load("moment", &scene.inner_forces[load], axis),
-        P::InnerForce(load, axis) => of_load("force", &scene.inner_forces[load], axis),
-        P::ForceAlong(force, axis) => along(&format!("force per length `{}`", scene.inner_forces[force].name), axis),
+        P::InnerMoment(load, axis) => of_load("moment", &scene.inner_loads[load], axis),
+        P::InnerForce(load, axis) => of_load("force", &scene.inner_loads[load], axis),
+        P::ForceAlong(force, axis) => along(&format!("force per length `{}`", scene.inner_loads[force].name), axis),
         P::Wall(number) => of_wall(number),
         P::Segment(_, number) => of_segment(number),
     }

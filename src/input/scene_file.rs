@@ -8,7 +8,7 @@ use super::toml::{Reader, Source};
 use super::{field_file, force_file, wall_file};
 use crate::files;
 use crate::model::{
-    Base, CoilLoad, FieldMap, FieldSources, Flexible, InnerForce, LOAD_KEYS, Loads, Parameter, Scene, SceneError,
+    Base, CoilLoad, FieldMap, FieldSources, Flexible, InnerLoad, LOAD_KEYS, Loads, Parameter, Scene, SceneError,
     SegmentKind, ShearElasticity, Stiffness, closest,
 };
 use std::collections::HashSet;
@@ -110,15 +110,15 @@ pub(super) fn unjudged_scene(reader: &Reader) -> Result<Scene, InputError> {
     let (base, flux_density) = (base(reader)?, field_file::flux_density(reader)?);
     let sources = FieldSources { coil_load: coil_load(reader)?, ..field_file::sources(reader)? };
     let (loads, at_tip) = loads(reader, segments.len())?;
-    let mut inner_forces = force_file::inner_forces(reader, &segments)?;
-    inner_forces.extend(at_tip);
+    let mut inner_loads = force_file::inner_loads(reader, &segments)?;
+    inner_loads.extend(at_tip);
     let mut scene = Scene {
         name: reader.string("name")?.unwrap_or_default().to_owned(),
         base,
         flux_density,
         sources,
         loads,
-        inner_forces,
+        inner_loads,
         wall: wall_file::wall(reader, &segments)?,
         segments,
         inserted: 0.0,
@@ -141,7 +141,7 @@ fn base(reader: &Reader) -> Result<Base, InputError> {
 }
 
 /// The loads of the whole rod and its tip, and those at the tip that turn with it.
-fn loads(reader: &Reader, segments: usize) -> Result<(Loads, Vec<InnerForce>), InputError> {
+fn loads(reader: &Reader, segments: usize) -> Result<(Loads, Vec<InnerLoad>), InputError> {
     let Some(loads) = reader.table("loads")? else { return Ok((Loads::default(), Vec::new())) };
     loads.check_keys(&LOAD_KEYS)?;
     let mut follow = Vec::new();
@@ -214,8 +214,8 @@ pub(super) fn located(reader: &Reader, scene: &Scene, error: SceneError) -> Inpu
         }
         SceneError::DuplicateSource(name) => source_key(scene, name, "name"),
         SceneError::CurrentsOfCoils { name, .. } => source_key(scene, name, "current"),
-        SceneError::WallWithTipMoment if scene.loads.tip_moment.is_some() => "loads.tip_moment".into(),
-        SceneError::WallWithTipMoment => force_file::key_without_energy(scene),
+        SceneError::NoEnergyBesideWall if scene.loads.tip_moment.is_some() => "loads.tip_moment".into(),
+        SceneError::NoEnergyBesideWall => force_file::key_without_energy(scene),
         SceneError::WallWithoutForceArm => "model.rigid_force_arm".into(),
         SceneError::DuplicateForce(_) | SceneError::MisplacedForce { .. } => {
             force_file::key(scene, &error).unwrap_or_else(|| "load".into())

@@ -4,7 +4,7 @@ use super::map::write_map;
 use super::toml::quoted;
 use super::wall_file::{side_word, surface_word, tip_word};
 use crate::model::{
-    Body, CoilWinding, Density, FieldSources, Flexible, ForcePlace, Frame, InnerForce, MagnetBody, MagnetMaterial,
+    Body, CoilWinding, Density, FieldSources, Flexible, Frame, InnerLoad, LoadPlace, MagnetBody, MagnetMaterial,
     Profile, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, TipOnWall, UnitDipole, Vector, Wall,
     WallShape,
 };
@@ -53,19 +53,19 @@ fn try_write_tables(text: &mut String, scene: &Scene, prefix: &str) -> std::fmt:
     if let Some(density) = loads.fluid_density {
         writeln!(text, "fluid_density = {density:?}")?;
     }
-    let is_at_tip = |load: &&InnerForce| load.place == ForcePlace::Tip;
-    for InnerForce { name, force, moment, frame, .. } in scene.inner_forces.iter().filter(is_at_tip) {
+    let is_at_tip = |load: &&InnerLoad| load.place == LoadPlace::Tip;
+    for InnerLoad { name, force, moment, frame, .. } in scene.inner_loads.iter().filter(is_at_tip) {
         let value = moment.unwrap_or(*force);
         writeln!(text, "{name} = {{ value = {value:?}, frame = \"{}\" }}", frame.name())?;
     }
-    for load in scene.inner_forces.iter().filter(|load| !is_at_tip(load)) {
-        let InnerForce { name, segment, place, force, moment, frame } = load;
+    for load in scene.inner_loads.iter().filter(|load| !is_at_tip(load)) {
+        let InnerLoad { name, segment, place, force, moment, frame } = load;
         let segment = quoted(&scene.segments[*segment].name);
         writeln!(text, "\n[[{prefix}load]]\nname = {}\nsegment = {segment}", quoted(name))?;
         match place {
-            ForcePlace::At(at) => writeln!(text, "at = {at:?}\nforce = {force:?}")?,
-            ForcePlace::Along => writeln!(text, "force_per_length = {force:?}")?,
-            ForcePlace::Middle | ForcePlace::Tip => writeln!(text, "force = {force:?}")?,
+            LoadPlace::At(at) => writeln!(text, "at = {at:?}\nforce = {force:?}")?,
+            LoadPlace::Along => writeln!(text, "force_per_length = {force:?}")?,
+            LoadPlace::Middle | LoadPlace::Tip => writeln!(text, "force = {force:?}")?,
         }
         if let Some(moment) = moment {
             writeln!(text, "moment = {moment:?}")?;
@@ -98,11 +98,14 @@ fn write_sources(text: &mut String, sources: &FieldSources, prefix: &str) -> std
         writeln!(text, "\n[[{prefix}magnet]]\nname = {}\nposition = {:?}", quoted(&magnet.name), magnet.position)?;
         writeln!(text, "moment = {:?}\nrotation = {:?}", magnet.moment, magnet.rotation)?;
         writeln!(text, "strength = {:?}\nclearance = {:?}", magnet.strength, magnet.clearance)?;
-        if let Some(MagnetBody { axis, length, diameter, is_exact }) = magnet.body {
+        if let Some(MagnetBody { axis, length, diameter, bore, is_exact }) = magnet.body {
             if is_exact {
                 writeln!(text, "field = \"exact\"")?;
             }
             writeln!(text, "axis = {axis:?}\nlength = {length:?}\ndiameter = {diameter:?}")?;
+            if bore != 0.0 {
+                writeln!(text, "inner_diameter = {bore:?}")?;
+            }
         }
     }
     for array in &sources.arrays {

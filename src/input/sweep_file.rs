@@ -66,7 +66,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
     sampling.check_keys(&["method", "samples", "dimension", "seed", "file", "extra_columns"])?;
     let method = choice(&sampling, "method", &Method::ALL, Method::name)?
         .ok_or_else(|| sampling.missing("method", "write method = \"grid\", \"sobol\" or another"))?;
-    let Output { format, quantities, wrt, single_derivatives } = output(&root, &scene)?;
+    let Output { format, rows_in_folder, quantities, wrt, single_derivatives } = output(&root, &scene)?;
     let (axes, table) = match method {
         Method::Table => table_axes(&root, &sampling, &scene, file, built_in, &mut notes)?,
         _ => (axes(&root, &scene, method, &mut notes)?, None),
@@ -103,6 +103,7 @@ pub fn sweep_of(source: &Source, file: &Path, built_in: &BuiltIn) -> Result<Swee
         single_derivatives,
         wrt,
         format,
+        rows_in_folder,
         workspace: workspace(&root)?,
         notes,
     };
@@ -222,6 +223,7 @@ fn share(solver: &Reader, key: &str, example: &str) -> Result<Option<f64>, Input
 /// `[output]`
 struct Output {
     format: Format,
+    rows_in_folder: bool,
     quantities: Vec<OutputQuantity>,
     wrt: Vec<Parameter>,
     single_derivatives: bool,
@@ -230,10 +232,21 @@ struct Output {
 fn output(root: &Reader, scene: &Scene) -> Result<Output, InputError> {
     let Some(output) = root.table("output")? else {
         let quantities = OutputQuantity::usual(scene, &[]);
-        return Ok(Output { format: Format::Parquet, quantities, wrt: Vec::new(), single_derivatives: false });
+        return Ok(Output {
+            format: Format::Parquet,
+            rows_in_folder: false,
+            quantities,
+            wrt: Vec::new(),
+            single_derivatives: false,
+        });
     };
-    output.check_keys(&["quantities", "derivatives", "derivative_precision", "format"])?;
+    output.check_keys(&["quantities", "derivatives", "derivative_precision", "format", "rows_in_folder"])?;
     let format = choice(&output, "format", &Format::ALL, Format::name)?.unwrap_or(Format::Parquet);
+    let rows_in_folder = output.boolean("rows_in_folder")?.unwrap_or(false);
+    if rows_in_folder && format == Format::None {
+        let expected = "false, or another `format`: with \"none\" no rows are written".into();
+        return Err(output.error("rows_in_folder", Problem::Range { value: "true".into(), expected }));
+    }
     let mut wrt = Vec::new();
     for (index, name) in output.strings("derivatives")?.unwrap_or_default().iter().enumerate() {
         for parameter in parameters(&output, &format!("derivatives[{index}]"), scene, name)? {
@@ -262,7 +275,7 @@ fn output(root: &Reader, scene: &Scene) -> Result<Output, InputError> {
     };
     let name = |single: bool| if single { "f32" } else { "f64" };
     let single_derivatives = choice(&output, "derivative_precision", &[true, false], name)?.unwrap_or(false);
-    Ok(Output { format, quantities, wrt, single_derivatives })
+    Ok(Output { format, rows_in_folder, quantities, wrt, single_derivatives })
 }
 
 /// What to do about a contact that no scene without a wall tells.

@@ -55,6 +55,9 @@ impl SweepSpec {
         if self.single_derivatives {
             text += "derivative_precision = \"f32\"\n";
         }
+        if self.rows_in_folder {
+            text += "rows_in_folder = true\n";
+        }
         text += &workspace(&self.workspace);
         text + "\n" + &write_inline_scene(&self.scene)
     }

@@ -214,10 +214,9 @@ impl Claims {
 
     /// Lists parts and claims.
     fn look(&mut self) -> Result<(), ResultsError> {
-        let format = self.record.format();
         let count = self.record.chunk_count();
-        let listed = self.store.list("")?;
-        self.there = listed.iter().filter_map(|entry| parts::part_chunk(&entry.name, format)).collect();
+        let listed = self.record.part_files().list(self.store.as_ref())?;
+        self.there = listed.into_iter().map(|(chunk, _)| chunk).collect();
         self.there.retain(|chunk| *chunk < count);
         self.look_at_claims()?;
         let samples: u64 = self.there.iter().map(|chunk| self.record.chunk_range(*chunk).1).sum();

@@ -3,12 +3,13 @@
 use super::directory::{RUN_FILE, SWEEP_FILE, TIPS_FILE, TOUCHED_FILE, WORKSPACE_FILE, WORST_FILE};
 use super::error::ResultsError;
 use super::manifest::MANIFEST_FILE;
-use super::store::{Store, store_at};
+use super::parts::ROWS_FOLDER;
+use super::store::{Entry, Store, store_at};
 use crate::spec::{Format, RESOLVED_TABLE};
 use std::path::Path;
 
-/// Folders of runs that workers or shards share.
-const FOLDERS: [&str; 3] = ["claims", "workers", "verdicts"];
+/// Folders of runs: what workers and shards share, and rows where they are asked to lie apart.
+const FOLDERS: [&str; 4] = ["claims", "workers", "verdicts", ROWS_FOLDER];
 /// What a measured workspace leaves, with or without a run.
 const MEASURED_FILE: &str = "workspace.json";
 /// Files of a run that are there once.
@@ -55,17 +56,18 @@ pub fn remove_run(dir: &Path, others: &[&str]) -> Result<(), ResultsError> {
     store.remove(RUN_FILE)
 }
 
-/// The files of a folder that workers share.
+/// The files of a folder of a run.
 fn of_folder(store: &dyn Store, dir: &Path, folder: &str) -> Result<Vec<String>, ResultsError> {
     let entries = store.list(folder)?;
-    let names = |is_file: bool| {
-        let some = entries.iter().filter(move |entry| entry.is_file == is_file);
-        some.map(|entry| format!("{folder}/{}", entry.name)).collect::<Vec<_>>()
-    };
-    match names(false) {
-        foreign if !foreign.is_empty() => Err(ResultsError::NotOnlyOurs { dir: dir.into(), foreign }),
-        _ => Ok(names(true)),
+    // A part whose writing was cut short has a point before its name.
+    let is_row = |name: &str| is_part(name.strip_prefix('.').unwrap_or(name));
+    let is_ours = |entry: &&Entry| entry.is_file && (folder != ROWS_FOLDER || is_row(&entry.name));
+    let name = |entry: &Entry| format!("{folder}/{}", entry.name);
+    let foreign: Vec<String> = entries.iter().filter(|entry| !is_ours(entry)).map(name).collect();
+    if !foreign.is_empty() {
+        return Err(ResultsError::NotOnlyOurs { dir: dir.into(), foreign });
     }
+    Ok(entries.iter().map(name).collect())
 }
 
 /// Whether a run writes a file of this name.

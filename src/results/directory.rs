@@ -3,7 +3,7 @@
 use super::differences::differences;
 use super::error::ResultsError;
 use super::manifest::Manifest;
-use super::parts::{self, FileMetadata, PartInfo};
+use super::parts::{self, FileMetadata, PartFiles, PartInfo};
 use super::store::{Entry, Store};
 use crate::backend::Precision;
 use crate::files;
@@ -50,6 +50,9 @@ pub struct RunRecord {
     pub input: String,
     /// Hash of the columns.
     pub columns: String,
+    /// Whether the parts lie in the folder `rows`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub rows_in_folder: bool,
 }
 
 impl RunRecord {
@@ -77,6 +80,7 @@ impl RunRecord {
             mixed: method.is_none(),
             input: hash(&input),
             columns: hash(schema),
+            rows_in_folder: spec.rows_in_folder,
         };
         record.run_id = record.id();
         record
@@ -106,6 +110,11 @@ impl RunRecord {
     /// Format of the parts.
     pub fn format(&self) -> Format {
         Format::ALL.into_iter().find(|format| format.name() == self.format).unwrap_or(Format::Parquet)
+    }
+
+    /// Where the parts lie, and how they are named.
+    pub(crate) fn part_files(&self) -> PartFiles {
+        PartFiles { format: self.format(), in_folder: self.rows_in_folder }
     }
 
     pub(crate) fn read(store: &dyn Store) -> Result<RunRecord, ResultsError> {
@@ -156,7 +165,9 @@ impl RunRecord {
     /// Hash of all but the id.
     fn id(&self) -> String {
         let record = RunRecord { run_id: String::new(), ..self.clone() };
-        format!("{:032x}", xxh3_128(format!("{record:?}").as_bytes()))
+        // Runs that were written before there was this folder keep their ids.
+        let text = format!("{record:?}").replace(", rows_in_folder: false", "");
+        format!("{:032x}", xxh3_128(text.as_bytes()))
     }
 
     /// Refuses a directory whose run differs, naming what differs.
@@ -268,10 +279,7 @@ pub(crate) struct Parts {
 }
 
 pub(crate) fn parts(store: &dyn Store, record: &RunRecord) -> Result<Parts, ResultsError> {
-    let format = record.format();
-    let listed = store.list("")?;
-    let listed = listed.iter().filter_map(|entry| Some((parts::part_chunk(&entry.name, format)?, entry)));
-    let listed: Vec<(u64, &Entry)> = listed.collect();
+    let listed = record.part_files().list(store)?;
     let checked = at_once(store, &listed, |(chunk, entry)| check(store, entry, *chunk, record));
     let mut parts = Parts { sound: BTreeMap::new(), damaged: Vec::new() };
     for ((chunk, entry), checked) in listed.into_iter().zip(checked) {

@@ -44,8 +44,8 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
     }
     let total = record.chunk_count();
     if let Some(first) = (0..total).find(|chunk| !sources.contains_key(chunk)) {
-        let name = parts::part_name(first, record.format());
-        let cause = damaged.into_iter().find(|(path, _)| path.file_name().is_some_and(|other| *other == *name));
+        let name = record.part_files().name(first);
+        let cause = damaged.into_iter().find(|(path, _)| path.ends_with(&name));
         let count = total.saturating_sub(sources.len() as u64);
         return Err(match cause {
             Some((path, reason)) => ResultsError::Damaged { path, reason },
@@ -62,7 +62,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path) -> Result<DirectoryStatus, ResultsErr
     }
     let format = record.format();
     for (chunk, (store, info)) in sources {
-        let name = parts::part_name(chunk, format);
+        let name = record.part_files().name(chunk);
         let gone = || ResultsError::Damaged { path: store.path(&name), reason: "it is gone".into() };
         parts::place_part(target.as_ref(), &name, format, info, &store.get(&name)?.ok_or_else(gone)?)?;
     }

@@ -86,15 +86,40 @@ pub(crate) struct FileMetadata {
     pub verdict: String,
 }
 
-/// Name of a chunk's part.
-pub(crate) fn part_name(chunk: u64, format: Format) -> String {
-    format!("part-{chunk:010}.{}", format.name())
+/// Holds the parts of a run that asks for it, and nothing else that readers of tables take for rows.
+pub(crate) const ROWS_FOLDER: &str = "rows";
+
+/// Where the parts of a run lie, and how they are named.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PartFiles {
+    pub format: Format,
+    /// They lie in [`ROWS_FOLDER`].
+    pub in_folder: bool,
 }
 
-/// Chunk of a part file's name.
-pub(crate) fn part_chunk(name: &str, format: Format) -> Option<u64> {
-    let digits = name.strip_prefix("part-")?.strip_suffix(format.name())?.strip_suffix('.')?;
-    (digits.len() >= 10).then(|| digits.parse().ok()).flatten()
+impl PartFiles {
+    /// Name of a chunk's part in the store.
+    pub fn name(self, chunk: u64) -> String {
+        self.placed(&format!("part-{chunk:010}.{}", self.format.name()))
+    }
+
+    /// The parts that are there, by their names, with their chunks.
+    pub fn list(self, store: &dyn Store) -> Result<Vec<(u64, Entry)>, ResultsError> {
+        let listed = store.list(if self.in_folder { ROWS_FOLDER } else { "" })?;
+        let of_part =
+            |entry: Entry| Some((self.chunk(&entry.name)?, Entry { name: self.placed(&entry.name), ..entry }));
+        Ok(listed.into_iter().filter_map(of_part).collect())
+    }
+
+    /// Chunk of a part by the name of its file.
+    fn chunk(self, name: &str) -> Option<u64> {
+        let digits = name.strip_prefix("part-")?.strip_suffix(self.format.name())?.strip_suffix('.')?;
+        (digits.len() >= 10).then(|| digits.parse().ok()).flatten()
+    }
+
+    fn placed(self, name: &str) -> String {
+        if self.in_folder { format!("{ROWS_FOLDER}/{name}") } else { name.into() }
+    }
 }
 
 pub(crate) fn info_of(table: &Table, metadata: &FileMetadata) -> PartInfo {
@@ -406,8 +431,10 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
 
 /// Moves a damaged part out of the way. Sidecars stay: the part's name may be given again at any moment.
 pub(crate) fn quarantine(store: &dyn Store, name: &str) -> Result<PathBuf, ResultsError> {
+    // Readers of a folder of rows would take it for one of them.
+    let kept = name.rsplit_once('/').map_or(name, |(_, name)| name);
     for number in 0u32.. {
-        let to = format!("{name}.bad-{number}");
+        let to = format!("{kept}.bad-{number}");
         if store.rename(name, &to)? {
             return Ok(store.path(&to));
         }

@@ -183,9 +183,8 @@ impl Results {
     ///
     /// A directory that cannot be listed.
     pub fn progress(&self) -> Result<(u64, u64), ResultsError> {
-        let listed = self.store.list("")?;
-        let chunks = listed.iter().filter_map(|entry| parts::part_chunk(&entry.name, self.record.format()));
-        let sizes = chunks.map(|chunk| self.record.chunk_range(chunk).1).filter(|size| *size > 0);
+        let listed = self.record.part_files().list(self.store.as_ref())?;
+        let sizes = listed.into_iter().map(|(chunk, _)| self.record.chunk_range(chunk).1).filter(|size| *size > 0);
         Ok(sizes.fold((0, 0), |(parts, samples), size| (parts + 1, samples + size)))
     }
 
@@ -267,8 +266,8 @@ impl Results {
     /// A column that is not there, or a part that is missing or damaged.
     pub fn read_part(&self, part: u64, names: &[&str]) -> Result<Table, ResultsError> {
         self.check_names(names)?;
-        let format = self.record.format();
-        parts::read_part(&self.store, &parts::part_name(part, format), format, names, &self.columns)
+        let files = self.record.part_files();
+        parts::read_part(&self.store, &files.name(part), files.format, names, &self.columns)
     }
 
     fn check_names(&self, names: &[&str]) -> Result<(), ResultsError> {

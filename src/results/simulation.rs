@@ -197,7 +197,7 @@ fn work(
             Next::Chunk(chunk) => {
                 worked.claiming += begin.elapsed();
                 std::thread::sleep(chunk_time);
-                let name = parts::part_name(chunk, Format::Parquet);
+                let name = record.part_files().name(chunk);
                 let (_, is_new) =
                     parts::write_part(store.as_ref(), &name, &rows(chunk), Format::Parquet, &metadata, &mut encoder)
                         .expect("a part");

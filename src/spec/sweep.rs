@@ -159,6 +159,8 @@ pub struct SweepSpec {
     pub single_derivatives: bool,
     /// What rows are written as.
     pub format: Format,
+    /// Whether rows lie in a folder of their own, which readers of tables open whole.
+    pub rows_in_folder: bool,
     /// What it says about its workspace.
     pub workspace: WorkspaceOptions,
     /// Remarks on how the file was read.

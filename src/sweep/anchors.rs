@@ -60,7 +60,7 @@ fn anchor_axes(spec: &SweepSpec, plan: &Plan) -> Option<Vec<AnchorAxis>> {
     let is_of_wall = |parameter: &Parameter| matches!(parameter, Parameter::Wall(_));
     let is_free = !plan.terms.varying_field || plan.without_wall().is_some();
     let is_held = !is_free || plan.axes.iter().flatten().any(is_of_wall);
-    if !is_plain || !follows || plan.terms.tip_moment || is_held || plan.start.is_some() {
+    if !is_plain || !follows || plan.terms.load_without_energy || is_held || plan.start.is_some() {
         return None;
     }
     let points = (spec.sample_count as f64 / SAMPLES_EACH).powf(1.0 / count as f64).floor() as usize;

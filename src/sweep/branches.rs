@@ -6,6 +6,7 @@
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError, BackendKind, Precision};
 use crate::clock::Busy;
+use crate::model::vectors::norm;
 use crate::model::{
     BaseWrench, Batch, MOST_KNOWN, Plan, PlanOptions, Quantity, Rod, Solutions, Start, Status, Stepper, Vector,
 };
@@ -397,10 +398,6 @@ fn sign(solutions: &Solutions, row: usize, is_dead: bool) -> i64 {
 /// Whether two base moments differ by less than a share of their size.
 fn near(a: Vector, b: Vector, unit: f64, share: f64) -> bool {
     norm(std::array::from_fn(|k| a[k] - b[k])) < share * (unit + norm(a))
-}
-
-fn norm(v: Vector) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Point k of a sequence that fills a ball, more densely towards its centre; point 0 is the centre.

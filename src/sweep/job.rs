@@ -11,7 +11,10 @@ use super::second_path::PathCheckOptions;
 use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
-use crate::engines::{Engine, EngineRequest, cpu_f64, finer_attempt, for_second_path, second_attempt, witness};
+use crate::engines::{
+    Engine, EngineRequest, answer_on_finer_steps, can_answer_again, cpu_f64, finer_attempt, for_second_path,
+    second_attempt, witness,
+};
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
 use crate::results::{PilotChoice, ResultsError};
@@ -189,6 +192,7 @@ impl<'a> SweepJob<'a> {
         if method.anchors {
             plan = with_anchors(&self.spec, plan)?;
         }
+        let plan = ready_for_answers(plan, &engine);
         Ok(PreparedSweep { job: self, engine, plan, pilot: None, method, asked_tolerance, is_settled: true })
     }
 
@@ -219,9 +223,18 @@ impl<'a> SweepJob<'a> {
         };
         let plan = plan.with_options(options);
         let plan = if suit(&self.spec, engine.kind()) { with_anchors(&self.spec, plan)? } else { plan };
+        let plan = ready_for_answers(plan, &engine);
         let method = SolutionMethod::by(engine.kind(), engine.precision(), &plan);
         Ok(PreparedSweep { job: self, engine, plan, pilot, method, asked_tolerance, is_settled: false })
     }
+}
+
+/// The plan whose rows hold what they can be solved again from, where that is worth it. A path in single precision that is in doubt is
+/// followed again: it may have led elsewhere.
+fn ready_for_answers(plan: Plan, engine: &Engine) -> Plan {
+    let is_sharp = (engine.kind(), engine.precision()) == (BackendKind::Cpu, Precision::F64);
+    let base_force = is_sharp && can_answer_again(&plan);
+    plan.with_options(PlanOptions { base_force, ..plan.options })
 }
 
 /// A sweep of which everything is settled but its rows.
@@ -348,6 +361,7 @@ impl<'a> PreparedSweep<'a> {
         options.settle = engine.settles(job.spec.sample_count).then_some(&settle);
         // The reference has followed its paths twice: no other engine overrules it.
         let is_reference = engine.kind() == BackendKind::Reference;
+        options.answer = self.plan.options.base_force.then_some(&answer_on_finer_steps);
         options.refiners = if is_reference { Vec::new() } else { vec![&second_attempt, &trusted] };
         options.finer = (!is_reference).then_some(&finer_attempt);
         let all = job.path_check == Some(PathCheckOptions::All);

@@ -38,6 +38,8 @@ pub struct RunOptions<'a> {
     /// Tried before second attempts, on samples whose only doubt is their error estimate. A row of it counts where its
     /// own estimate keeps the tolerance.
     pub settle: Option<BackendFactory<'a>>,
+    /// Solves doubtful samples on finer steps, each from the load at its own base; its plan is of searches.
+    pub answer: Option<BackendFactory<'a>>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,
     /// Tried on samples whose error estimate misses the tolerance after the first of these.
@@ -97,6 +99,7 @@ impl<'a> RunOptions<'a> {
             progress: None,
             rows_written: None,
             settle: None,
+            answer: None,
             refiners: Vec::new(),
             finer: None,
             search: None,

@@ -1,20 +1,29 @@
 //! Second attempts for samples that failed or are doubtful.
 
 use super::options::RunOptions;
+use super::second_path::apart;
 use crate::backend::BackendFactory;
 use crate::backend::{Backend, BackendError, LadderLine, RungCount};
-use crate::model::{Batch, Plan, Quantity, Solutions, Status};
+use crate::model::{Batch, Plan, Quantity, Solutions, Start, Status};
 use crate::spec::Sampler;
 use std::time::Instant;
 
 /// Samples of one second attempt; bounds its memory.
 const MAX_BATCH: usize = 1 << 17;
 
+/// Rows whose error estimate is larger are led from rest again: what is that far off may be another equilibrium.
+const NEAR: f64 = 1e-4;
+
 /// The rungs after the engine's own.
-pub const ATTEMPTS: [LadderLine; 4] = [
+pub const ATTEMPTS: [LadderLine; 5] = [
     LadderLine {
         rung: "doubt settled in f64",
         samples: "rows of a GPU in f32 whose error estimate is above the tolerance",
+        decides: "`refined`",
+    },
+    LadderLine {
+        rung: "answer on finer steps",
+        samples: "rows in f64 in a field that varies whose error estimate is above the tolerance, but below 1e-4: from the load at their own base",
         decides: "`refined`",
     },
     LadderLine {
@@ -37,6 +46,7 @@ pub const ATTEMPTS: [LadderLine; 4] = [
 /// The backends of second attempts, made when first needed.
 pub(crate) struct Refiners<'a> {
     settle: Option<Stage<'a>>,
+    answer: Option<Stage<'a>>,
     finer: Option<Stage<'a>>,
     stages: Vec<Stage<'a>>,
     pub attempts: u64,
@@ -52,11 +62,22 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// Solves some samples and tells of each: its solutions, its row there, and its number in the batch.
+    /// Solves some samples from rest and tells of each: its solutions, its row there, and its number in the batch.
     fn solve(
         &mut self,
         samples: &Samples,
         some: &[usize],
+        tell: impl FnMut(&Solutions, usize, usize),
+    ) -> Result<(), BackendError> {
+        self.solve_as(samples, some, |group| samples.gathered(group), tell)
+    }
+
+    /// The same for samples that are gathered into a batch of the stage's own.
+    fn solve_as(
+        &mut self,
+        samples: &Samples,
+        some: &[usize],
+        batch: impl Fn(&[usize]) -> Batch,
         mut tell: impl FnMut(&Solutions, usize, usize),
     ) -> Result<(), BackendError> {
         let begin = Instant::now();
@@ -66,7 +87,7 @@ impl Stage<'_> {
                 Some(made) => made,
                 None => (self.factory)(samples.plan)?,
             };
-            let again = self.backend.insert(made).solve(&samples.gathered(group))?;
+            let again = self.backend.insert(made).solve(&batch(group))?;
             self.account.left += (0..group.len()).filter(|row| !again.status(*row).is_success()).count() as u64;
             group.iter().enumerate().for_each(|(from, to)| tell(&again, from, *to));
         }
@@ -118,17 +139,18 @@ impl<'a> Refiners<'a> {
             let account = RungCount { rung: rung.into(), ..RungCount::default() };
             Stage { factory, backend: None, account }
         };
-        let [settled, second, reference, finer] = ATTEMPTS.map(|line| line.rung);
+        let [settled, answered, second, reference, finer] = ATTEMPTS.map(|line| line.rung);
         let names = [second, reference].into_iter().chain(std::iter::repeat(reference));
         let stages = options.refiners.iter().zip(names).map(|(factory, name)| stage(*factory, name)).collect();
         let settle = options.settle.map(|factory| stage(factory, settled));
+        let answer = options.answer.map(|factory| stage(factory, answered));
         let finer = options.finer.map(|factory| stage(factory, finer));
-        Refiners { settle, finer, stages, attempts: 0, refined: 0 }
+        Refiners { settle, answer, finer, stages, attempts: 0, refined: 0 }
     }
 
     /// What each attempt after the engine's own has done, in order.
     pub fn rungs(&self) -> Vec<RungCount> {
-        let stages = self.settle.iter().chain(&self.stages).chain(&self.finer);
+        let stages = self.settle.iter().chain(&self.answer).chain(&self.stages).chain(&self.finer);
         stages.map(|stage| stage.account.clone()).filter(|account| account.samples > 0).collect()
     }
 
@@ -149,6 +171,7 @@ impl<'a> Refiners<'a> {
         let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, |_| true, keeps)?;
         self.attempts += attempts;
         self.refined += settled;
+        self.answer_on_finer_steps(&samples, solutions)?;
         for (number, stage) in self.stages.iter_mut().enumerate() {
             let has_failed = |at| !solutions.status(at).is_success() && !solutions.is_seen_fold(at);
             let is_doubtful = |at| number == 0 && !solutions.is_seen_fold(at) && samples.is_doubtful(solutions, at);
@@ -178,6 +201,43 @@ impl<'a> Refiners<'a> {
             self.attempts += relieve(&mut self.finer, &samples, solutions, touched, keeps)?.0;
         }
         Ok(())
+    }
+
+    /// Newton's method on finer steps, from the load at the base that a row has found. It counts where its error estimate keeps the
+    /// tolerance, both tips lie within both estimates, and both are stable or neither is.
+    fn answer_on_finer_steps(&mut self, samples: &Samples, solutions: &mut Solutions) -> Result<(), BackendError> {
+        let Some(stage) = &mut self.answer else { return Ok(()) };
+        let is_near = |at| solutions.get(at, Quantity::ErrorEstimate) < NEAR;
+        let has_base = |at| solutions.base_force(at).is_some_and(|force| force.iter().all(|x| x.is_finite()));
+        let is_doubtful = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
+        let needs = |at| is_doubtful(at) && is_near(at) && has_base(at);
+        let left = samples.those(solutions, needs);
+        if left.is_empty() {
+            return Ok(());
+        }
+        let (plan, own) = (samples.plan, solutions.clone());
+        let batch = |group: &[usize]| {
+            let start = |(sample, at): (usize, &usize)| Start {
+                sample,
+                m0: own.vector(*at, Quantity::BaseMoment),
+                n0: own.base_force(*at),
+                known: &[],
+            };
+            let starts: Vec<Start> = group.iter().enumerate().map(start).collect();
+            plan.start_batch(&samples.gathered(group), &starts)
+        };
+        self.attempts += left.len() as u64;
+        let refined = &mut self.refined;
+        stage.solve_as(samples, &left, batch, |again, from, to| {
+            let estimates = own.get(to, Quantity::ErrorEstimate) + again.get(from, Quantity::ErrorEstimate);
+            let is_found = again.status(from).is_success() && !samples.is_doubtful(again, from);
+            let index = |of: &Solutions, at| of.get(at, Quantity::StabilityIndex);
+            let is_same = index(&own, to) == index(again, from) && apart(plan, (&own, to), (again, from)) <= estimates;
+            if is_found && is_same {
+                take_refined(solutions, to, again, from);
+                *refined += 1;
+            }
+        })
     }
 }
 

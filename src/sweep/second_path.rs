@@ -211,7 +211,7 @@ pub(crate) fn is_same_end(plan: &Plan, (a, at): (&Solutions, usize), (b, from): 
 }
 
 /// Distance of two tips: position over the rod's length, or rotation in radians, whichever is larger.
-fn apart(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> f64 {
+pub(super) fn apart(plan: &Plan, (a, at): (&Solutions, usize), (b, from): (&Solutions, usize)) -> f64 {
     let (p, q) = (a.vector(at, Quantity::TipPosition), b.vector(from, Quantity::TipPosition));
     let dp = (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt() / plan.scene.total_length();
     dp.max(rotation_angle(&a.tip_rotation(at), &b.tip_rotation(from)))

@@ -197,7 +197,7 @@ impl RowSink for ResultDirectory {
         let names = layout::plain_columns(columns);
         for (chunk, info) in there.sound {
             if run.shard.owns(chunk) {
-                let name = parts::part_name(chunk, spec.format);
+                let name = record.part_files().name(chunk);
                 seen(&parts::read_part(&store, &name, spec.format, &names, columns)?);
                 self.count(info.engine, info.rows);
             }
@@ -223,8 +223,10 @@ impl RowSink for ResultDirectory {
     }
 
     fn write(&mut self, part: u64, rows: &Table) -> Result<(), SweepError> {
-        let (Some(metadata), Some(store)) = (&self.metadata, &self.store) else { return Ok(()) };
-        let name = parts::part_name(part, self.format);
+        let (Some(metadata), Some(store), Some(record)) = (&self.metadata, &self.store, &self.record) else {
+            return Ok(());
+        };
+        let name = record.part_files().name(part);
         let (info, is_new) = parts::write_part(store.as_ref(), &name, rows, self.format, metadata, &mut self.encoder)?;
         if let Some((beat, _)) = self.worker.as_ref().filter(|_| is_new) {
             beat.add(info.sample_count(), info.failed());

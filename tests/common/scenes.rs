@@ -32,7 +32,7 @@ pub fn catheter() -> Scene {
         sources: Default::default(),
         loads: Loads { tip_force: Some([1e-3, -2e-3, 0.5e-3]), ..Loads::default() },
         segments: vec![segment("proximal", 0.1), coil, segment("distal", 0.033)],
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

@@ -11,7 +11,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, Test
 use rayon::prelude::*;
 use rodsweep::input::write_scene;
 use rodsweep::model::{
-    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, Frame, InnerForce, Loads, Node, Profile, Rigid, Scene,
+    Base, Coil, CoilWinding, Density, Flexible, Frame, InnerLoad, LoadPlace, Loads, Node, Profile, Rigid, Scene,
     Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
 };
 use std::path::Path;
@@ -36,14 +36,14 @@ pub fn scenes() -> impl Strategy<Value = Scene> {
             name(&mut segments);
             let is_flexible = matches!(segments[0].kind, SegmentKind::Flexible(_));
             let inserted = insertion.filter(|_| is_flexible).map_or(0.0, |share| share * segments[0].length);
-            let inner_forces = force.map(|force| inner_force(&segments, force)).into_iter().collect();
+            let inner_loads = force.map(|force| inner_load(&segments, force)).into_iter().collect();
             let mut scene = Scene {
                 name: "random".into(),
                 base,
                 flux_density,
                 sources: Default::default(),
                 loads,
-                inner_forces,
+                inner_loads,
                 wall: None,
                 segments,
                 inserted,
@@ -60,13 +60,13 @@ pub fn scenes() -> impl Strategy<Value = Scene> {
 }
 
 /// At a share of a segment's length, at the middle of a rigid one.
-fn inner_force(segments: &[Segment], (at, share, force): (usize, f64, [f64; 3])) -> InnerForce {
+fn inner_load(segments: &[Segment], (at, share, force): (usize, f64, [f64; 3])) -> InnerLoad {
     let segment = at % segments.len();
     let place = match segments[segment].kind {
-        SegmentKind::Flexible(_) => ForcePlace::At(share * segments[segment].length),
-        SegmentKind::Rigid(_) => ForcePlace::Middle,
+        SegmentKind::Flexible(_) => LoadPlace::At(share * segments[segment].length),
+        SegmentKind::Rigid(_) => LoadPlace::Middle,
     };
-    InnerForce { name: "push".into(), segment, place, force, moment: None, frame: Frame::World }
+    InnerLoad { name: "push".into(), segment, place, force, moment: None, frame: Frame::World }
 }
 
 fn name(segments: &mut [Segment]) {

@@ -41,7 +41,7 @@ fn scene(loads: Loads, flexible: impl Fn(&mut Flexible)) -> Scene {
             segment("coil", 0.01, SegmentKind::Rigid(Rigid { coil, ..Rigid::default() })),
             segment("tip", 0.02, SegmentKind::Flexible(tube)),
         ],
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

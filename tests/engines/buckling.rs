@@ -29,7 +29,7 @@ fn scene() -> Scene {
         sources: Default::default(),
         loads: Loads { tip_force: Some([0.0, 0.0, -1.0]), ..Loads::default() },
         segments: vec![rod],
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

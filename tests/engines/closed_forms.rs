@@ -54,7 +54,7 @@ fn scene(segments: Vec<Segment>, loads: Loads) -> Scene {
         sources: Default::default(),
         loads,
         segments,
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

@@ -22,11 +22,29 @@ fn reports() -> PathBuf {
     root().join("tests/data/reports/14-near-magnet")
 }
 
-/// Diameter, length, place and B of a thousand points, by magpylib 6.3.
-fn points() -> Vec<[f64; 8]> {
-    let text = std::fs::read_to_string(root().join("tests/data/magnets/cylinders.csv")).expect("there");
+/// A place beside a magnet of 1 T along z, and B there by magpylib 6.3.
+struct Point {
+    diameter: f64,
+    bore: f64,
+    length: f64,
+    at: Vector,
+    flux_density: Vector,
+}
+
+/// A thousand places beside cylinders, three hundred beside rings.
+fn points() -> Vec<Point> {
+    let read = |name: &str| std::fs::read_to_string(root().join("tests/data/magnets").join(name)).expect("there");
     let number = |cell: &str| cell.parse::<f64>().expect("a number");
-    text.lines().skip(1).map(|line| std::array::from_fn(|k| number(line.split(',').nth(k).expect("a cell")))).collect()
+    let cells = |line: &str| line.split(',').map(number).collect::<Vec<f64>>();
+    let of_cylinder = |line: &str| {
+        let cells = cells(line);
+        [&[cells[0], 0.0], &cells[1..]].concat()
+    };
+    let (cylinders, rings) = (read("cylinders.csv"), read("rings.csv"));
+    let all = cylinders.lines().skip(1).map(of_cylinder).chain(rings.lines().skip(1).map(cells));
+    let three = |cells: &[f64]| std::array::from_fn(|k| cells[k]);
+    all.map(|c| Point { diameter: c[0], bore: c[1], length: c[2], at: three(&c[3..]), flux_density: three(&c[6..]) })
+        .collect()
 }
 
 fn norm(v: Vector) -> f64 {
@@ -60,16 +78,16 @@ const TURNS: [(&str, [usize; 3]); 3] = [("[0, 0, 1]", [0, 1, 2]), ("[1, 0, 0]", 
 #[test]
 fn the_field_is_that_of_another_program_at_a_thousand_places() {
     let points = points();
-    assert_eq!(points.len(), 1000);
+    assert_eq!(points.len(), 1300);
     let probe =
         "[[segment]]\nname = \"stem\"\nkind = \"flexible\"\nlength = 1e-6\nstiffness = { bending = 1, torsion = 1 }\n";
-    for (k, [diameter, length, x, y, z, bx, by, bz]) in points.into_iter().enumerate() {
+    for (k, Point { diameter, bore, length, at, flux_density }) in points.into_iter().enumerate() {
         let (axis, order) = TURNS[k % 3];
         let field = scene(
             axis,
             diameter,
             length,
-            &format!("[base]\nposition = [0, 0, {}]\n{probe}", 100.0 * length.max(diameter)),
+            &format!("inner_diameter = {bore}\n[base]\nposition = [0, 0, {}]\n{probe}", 100.0 * length.max(diameter)),
         )
         .sources
         .rod_field()
@@ -80,7 +98,7 @@ fn the_field_is_that_of_another_program_at_a_thousand_places() {
             order.iter().zip(v).for_each(|(at, x)| w[*at] = x);
             w
         };
-        let (at, expected) = (in_world([x, y, z]), in_world([bx, by, bz]));
+        let (at, expected) = (in_world(at), in_world(flux_density));
         let found = field.flux_density(at);
         let error = apart(found, expected) / norm(expected);
         assert!(error < 2e-9, "point {k}: {error:.1e}");
@@ -102,11 +120,13 @@ fn the_field_is_that_of_another_program_at_a_thousand_places() {
 /// A stiff probe bears the torque of the field at its place: kernels and reference agree with the model's field.
 #[test]
 fn kernels_have_the_same_field() {
-    for (k, [diameter, length, x, y, z, bx, by, bz]) in points().into_iter().enumerate().step_by(9) {
+    for (k, Point { diameter, bore, length, at: [x, y, z], flux_density }) in
+        points().into_iter().enumerate().step_by(9)
+    {
         // A torque of about 1 N·m, which turns the probe by a billionth.
-        let moment = 1e9 / norm([bx, by, bz]);
+        let moment = 1e9 / norm(flux_density);
         let probe = format!(
-            "[base]\nposition = [{x}, {y}, {z}]\n[[segment]]\nname = \"stem\"\nkind = \"flexible\"\nlength = 1e-9\n\
+            "inner_diameter = {bore}\n[base]\nposition = [{x}, {y}, {z}]\n[[segment]]\nname = \"stem\"\nkind = \"flexible\"\nlength = 1e-9\n\
              stiffness = {{ bending = 1, torsion = 1 }}\n[[segment]]\nname = \"probe\"\nkind = \"rigid\"\nlength = 1e-9\n\
              dipole_per_length = [{moment}, 0, 0]\n"
         );
@@ -207,6 +227,33 @@ fn engines_agree_and_nothing_comes_too_near() {
     assert!(solved > 25 && near > 3, "{solved} solved, {near} too near");
 }
 
+/// Beyond a few of its sizes the dipoles that stand for a ring have its field, and its moment is that of its volume.
+#[test]
+fn a_ring_of_dipoles_has_its_second_moment() {
+    for (k, Point { diameter, bore, length, .. }) in points().into_iter().enumerate().skip(1000) {
+        let probe = "[base]\nposition = [0, 0, 9]\n[[segment]]\nname = \"stem\"\nkind = \"flexible\"\nlength = 1e-6\nstiffness = { bending = 1, torsion = 1 }\n";
+        let ring = scene("[0, 0.6, 0.8]", diameter, length, &format!("inner_diameter = {bore}\n{probe}"));
+        let volume = std::f64::consts::PI / 4.0 * (diameter * diameter - bore * bore) * length;
+        let moment = norm(ring.sources.magnets[0].moment) * 4e-7 * std::f64::consts::PI;
+        assert!((moment / volume - 1.0).abs() < 1e-9, "ring {k}: {moment} against {volume}");
+        assert_eq!(parse_scene("x.toml".as_ref(), &write_scene(&ring)).expect("what was written"), ring);
+        let mut dipoles = ring.clone();
+        dipoles.sources.magnets[0].body.iter_mut().for_each(|body| body.is_exact = false);
+        let fields = [&ring, &dipoles].map(|scene| scene.sources.rod_field().expect("a field"));
+        let worst_at = |sizes: f64| {
+            let apart_in = |direction: Vector| {
+                let at = direction.map(|x| x * sizes * length.max(diameter));
+                let [exact, stands_for] = [0, 1].map(|k| fields[k].flux_density(at));
+                apart(exact, stands_for) / norm(exact)
+            };
+            [[1.0, 0.0, 0.0], [0.0, 0.6, 0.8], [0.48, 0.6, 0.64]].map(apart_in).into_iter().fold(0.0, f64::max)
+        };
+        // What is left falls with the fourth power.
+        let (near, far) = (worst_at(4.0), worst_at(8.0));
+        assert!(near < 4e-3 && far < 0.1 * near, "ring {k}: {near:.1e}, {far:.1e}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused_and_a_gpu_leaves_it_to_the_cpu() {
     let scene = beside();
@@ -221,6 +268,8 @@ fn what_cannot_be_is_refused_and_a_gpu_leaves_it_to_the_cpu() {
         (clearance, "clearance = 1e-5", "magnet[0].clearance", "fiftieth"),
         (moment, "moment = [1, 0, 0]", "magnet[0].moment", "along `axis`"),
         ("field = \"exact\"", "field = \"exactly\"", "magnet[0].field", "did you mean `exact`"),
+        ("field =", "inner_diameter = 0.03\nfield =", "magnet[0].inner_diameter", "less than `diameter`"),
+        ("field =", "inner_diameter = -0.01\nfield =", "magnet[0].inner_diameter", "at least zero"),
     ] {
         let error = parse_scene("x.toml".as_ref(), &text.replace(from, to)).expect_err(key);
         assert_eq!(error.key, key, "{error}");

@@ -250,8 +250,8 @@ fn in_its_equilibrium_such_a_load_is_a_dead_one() {
             continue;
         }
         let mut dead = scene.clone();
-        let at: Vec<f64> = scene.inner_forces.iter().map(|load| scene.arc_length_of(load)).collect();
-        for (load, pose) in dead.inner_forces.iter_mut().zip(shape(&rod, &equilibrium, &at)) {
+        let at: Vec<f64> = scene.inner_loads.iter().map(|load| scene.arc_length_of(load)).collect();
+        for (load, pose) in dead.inner_loads.iter_mut().zip(shape(&rod, &equilibrium, &at)) {
             if load.frame == Frame::Body {
                 let turned = |v: Vector| pose.rotation.map(|row| (0..3).map(|k| row[k] * v[k]).sum());
                 (load.force, load.moment) = (turned(load.force), load.moment.map(turned));

@@ -29,7 +29,7 @@ fn rod(loads: Loads) -> Scene {
         sources: Default::default(),
         loads,
         segments: vec![Segment { name: "rod".into(), length: LENGTH, kind: SegmentKind::Flexible(flexible) }],
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

@@ -33,7 +33,7 @@ fn scene(excess: f64) -> Scene {
         sources: Default::default(),
         loads: Loads { tip_force: Some([0.0, 0.0, pull]), ..Loads::default() },
         segments: vec![rod, magnet],
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

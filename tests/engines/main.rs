@@ -29,7 +29,7 @@ mod fold_loads;
 mod follower_loads;
 mod golden;
 mod hard;
-mod inner_forces;
+mod inner_loads;
 mod invariance;
 mod jacobian;
 mod judge;

@@ -6,9 +6,7 @@ use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
 use rodsweep::input::read_scene;
-use rodsweep::model::{
-    InnerForce, Plan, PlanOptions, Quantity, Scene, SegmentKind, Solutions, Status, Stepper, Vector,
-};
+use rodsweep::model::{InnerLoad, Plan, PlanOptions, Quantity, Scene, SegmentKind, Solutions, Status, Stepper, Vector};
 use rodsweep::reference::Reference;
 use rodsweep_bench::random::RandomScenes;
 use rodsweep_bench::verify::{SearchOptions, search_disagreements};
@@ -45,8 +43,8 @@ pub fn loaded(scene: &Scene, share: f64) -> Scene {
         .into_iter()
         .for_each(scale);
     let of_load =
-        |load: &mut InnerForce| load.force.iter_mut().chain(load.moment.iter_mut().flatten()).for_each(|x| *x *= share);
-    scene.inner_forces.iter_mut().for_each(of_load);
+        |load: &mut InnerLoad| load.force.iter_mut().chain(load.moment.iter_mut().flatten()).for_each(|x| *x *= share);
+    scene.inner_loads.iter_mut().for_each(of_load);
     for segment in &mut scene.segments {
         match &mut segment.kind {
             SegmentKind::Flexible(flexible) => scale(&mut flexible.dipole_per_length),

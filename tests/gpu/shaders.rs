@@ -130,7 +130,7 @@ fn every_kernel_validates_for_every_combination_of_terms() {
             force: bit(0) || bit(1) || bit(6),
             load: bit(1),
             anisotropic: bit(2),
-            tip_moment: bit(3),
+            load_without_energy: bit(3),
             dipole: bit(4),
             magnet: bit(5),
             shear: bit(6),

@@ -207,7 +207,7 @@ fn random_scene(kind: Kind, random: &mut Random) -> Scene {
             ..Loads::default()
         },
         segments,
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

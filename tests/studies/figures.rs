@@ -127,7 +127,7 @@ fn rod(length: f64) -> RodShape {
         surroundings: None,
         wall: None,
         tip_force: Some([2e-3, 0.0, -4e-3]),
-        inner_forces: vec![ForceAt { name: "push".into(), point: at(0.7), force: [0.0, -2e-3, 0.0] }],
+        inner_loads: vec![ForceAt { name: "push".into(), point: at(0.7), force: [0.0, -2e-3, 0.0] }],
         rest: Some((0..30).map(|k| [0.0, 0.0, length * f64::from(k) / 29.0]).collect()),
     }
 }

@@ -339,7 +339,7 @@ pub fn terms(plan: &Plan) -> String {
         (plan.scene.sources.varies(), "a field that varies in space"),
         (terms.force || terms.varying_field, "internal force"),
         (terms.load, "distributed load"),
-        (terms.tip_moment, "tip moment"),
+        (terms.load_without_energy, "tip moment"),
         (!plan.scene.rigid_force_arm, "no force arm over rigid segments"),
         (terms.wall, "a wall that the tip may touch"),
     ];

@@ -169,8 +169,8 @@ fn rows_of_a_run(needed: &SweepSpec, arguments: &SensitivityArguments, directory
     let Ok(results) = Results::open(directory) else { return Rows::Missing };
     let there = results.spec();
     // The engine may hold a run to a coarser tolerance; which columns are written changes no row.
-    let SweepSpec { wrt, quantities, single_derivatives, format, .. } = there.clone();
-    let same = SweepSpec { wrt, quantities, single_derivatives, format, tolerance: there.tolerance, ..needed.clone() };
+    let SweepSpec { wrt, quantities, single_derivatives, format, rows_in_folder, tolerance, .. } = there.clone();
+    let same = SweepSpec { wrt, quantities, single_derivatives, format, rows_in_folder, tolerance, ..needed.clone() };
     if same.to_toml() != there.to_toml() || needed.table != there.table {
         return Rows::Missing;
     }

@@ -51,7 +51,7 @@ fn solve_varying() {
     // The field acts on the path as if it did at the middles of rigid segments, but for short unstable stretches under a tip moment;
     // the answer corrects it.
     var at_middles = on_path;
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     at_middles = false;
     //@end
     integrate(rod, resolution, lambda, base, what, at_middles);

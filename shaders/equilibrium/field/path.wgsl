@@ -120,7 +120,7 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     let is_far = 0.0 < leeway;
     let contracting = is_finite(moved) && moved < held(LAST_SIZE) * CONTRACTION;
     var enough = select(FULL_LOAD_TOLERANCE, FIELD_LOAD_TOLERANCE, partial);
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     enough = PATH_TOLERANCE;
     //@end
     let is_close = !is_careful || moved < FIELD_TOLERANCE;
@@ -134,7 +134,7 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     let go_on = !converged && contracting && corrections < CORRECTIONS;
     let passes = passes_by(distance(tip.p, held_vector(LAST_TIP)), held(LAST_LEEWAY), leeway);
     var softness = 1.0;
-    //@if TIP_MOMENT
+    //@if LOAD_WITHOUT_ENERGY
     softness = determinant;
     //@end
     let last_softness = held(LAST_DETERMINANT);

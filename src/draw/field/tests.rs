@@ -19,7 +19,7 @@ pub(super) fn scene(flux_density: Vector, sources: FieldSources) -> Scene {
         sources,
         loads,
         segments: Vec::new(),
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
@@ -132,7 +132,7 @@ fn lines_are_spread_evenly() {
 
 #[test]
 fn no_line_enters_a_magnet() {
-    let body = MagnetBody { axis: [0.6, 0.0, 0.8], length: 0.02, diameter: 0.01, is_exact: false };
+    let body = MagnetBody { axis: [0.6, 0.0, 0.8], length: 0.02, diameter: 0.01, bore: 0.0, is_exact: false };
     let magnet = Magnet { moment: body.moment(1.2), body: Some(body), ..dipole("rod", [0.02, 0.0, 0.03], [0.0; 3]) };
     let around = around([0.0; 3], vec![magnet]);
     let views = views();

@@ -15,7 +15,7 @@ const KINDS: [&str; 20] = [
     "BASE_ROTATION",
     "FLUX_DENSITY",
     "TIP_FORCE",
-    "TIP_MOMENT",
+    "LOAD_WITHOUT_ENERGY",
     "INSERTION",
     "LENGTH",
     "STIFFNESS",

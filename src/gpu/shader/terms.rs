@@ -79,7 +79,7 @@ pub fn specialisation(plan: &Plan, precision: Precision, form: Form) -> Speciali
         ("TAPER", plan.terms.taper),
         ("CURVATURE_RISE", plan.terms.curvature_rise),
         ("ANISOTROPIC", plan.terms.anisotropic),
-        ("TIP_MOMENT", plan.terms.tip_moment),
+        ("LOAD_WITHOUT_ENERGY", plan.terms.load_without_energy),
         ("DIPOLE", plan.terms.dipole),
         ("RIGID", integrated(plan).iter().any(|segment| !segment.is_flexible)),
         ("FREE", plan.free.is_some()),

@@ -68,9 +68,14 @@ impl Local {
 
     /// Files of writers that died: by their names ours, and untouched for long before the newest file.
     fn remove_stale_temporaries(&self) -> Result<(), ResultsError> {
-        let entries = self.list("")?;
+        let mut entries = self.list("")?;
+        for folder in entries.iter().filter(|entry| !entry.is_file).map(|entry| entry.name.clone()).collect::<Vec<_>>()
+        {
+            let there = self.list(&folder).unwrap_or_default();
+            entries.extend(there.into_iter().map(|entry| Entry { name: format!("{folder}/{}", entry.name), ..entry }));
+        }
         let newest = entries.iter().map(|entry| entry.modified).max();
-        for entry in entries.iter().filter(|entry| entry.is_file && is_temporary(&entry.name)) {
+        for entry in entries.iter().filter(|entry| entry.is_file && is_temporary(file_name(&entry.name))) {
             let age = newest.and_then(|newest| newest.duration_since(entry.modified).ok());
             if age.is_some_and(|age| age > STALE) {
                 let _ = fs::remove_file(self.dir.join(&entry.name));
@@ -189,6 +194,11 @@ impl Store for Local {
 fn entry(name: &str, metadata: &fs::Metadata) -> Entry {
     let modified = metadata.modified().unwrap_or(UNIX_EPOCH);
     Entry { name: name.into(), size: metadata.len(), modified, is_file: metadata.is_file() }
+}
+
+/// Name of a file without its folder.
+fn file_name(name: &str) -> &str {
+    name.rsplit_once('/').map_or(name, |(_, name)| name)
 }
 
 fn is_temporary(name: &str) -> bool {

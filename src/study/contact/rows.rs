@@ -3,6 +3,7 @@
 use super::error::ContactError;
 use crate::backend::{Backend, BackendKind};
 use crate::engines::{Engine, cpu_f64};
+pub(super) use crate::model::vectors::{cross, dot};
 use crate::model::{
     Axis, Batch, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, TipOnWall, Vector,
     WallParameter,
@@ -260,12 +261,4 @@ pub(super) fn across(n: Vector) -> [Vector; 2] {
 fn angle(normal: Vector, tangent: Vector) -> f64 {
     let c = cross(normal, tangent);
     dot(c, c).sqrt().atan2(-dot(normal, tangent))
-}
-
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

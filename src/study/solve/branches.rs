@@ -3,6 +3,7 @@
 use super::{SolveError, Solved, breaking};
 use crate::backend::BackendError;
 use crate::draw::{TextTable, engineering};
+use crate::model::vectors::norm;
 use crate::model::{Plan, Rod, Solutions, Vector};
 use crate::reference::{Reached, Reference, column_growth, energy_of, equilibrium_near};
 use crate::results::StabilityEvidence;
@@ -211,10 +212,6 @@ impl Solved {
     fn moment_bound(&self) -> f64 {
         self.plan().moment_bound(self.batch(), 0).max(self.plan().units.moment())
     }
-}
-
-fn norm(v: Vector) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 impl fmt::Display for AllBranches {

@@ -1,5 +1,6 @@
 //! Rods that are symmetric about the tangent of their base, and searches that break a symmetry: small loads across.
 
+use crate::model::vectors::{cross, norm};
 use crate::model::{Rod, RodSegment, Vector};
 use crate::reference::solve_rod;
 use rayon::prelude::*;
@@ -16,7 +17,7 @@ const MOMENTS: usize = 256;
 /// rest, and loads, dipoles and field lie along the tangent.
 pub(super) fn is_symmetric(rod: &Rod) -> bool {
     let tangent = tangent(rod);
-    let is_along = |v: &Vector, axis: &Vector| norm(cross(v, axis)) <= NONE * norm(*v);
+    let is_along = |v: &Vector, axis: &Vector| norm(cross(*v, *axis)) <= NONE * norm(*v);
     let z = [0.0, 0.0, 1.0];
     let of = |segment: &RodSegment| match segment {
         RodSegment::Flexible(flexible) => {
@@ -40,8 +41,8 @@ pub(super) fn is_symmetric(rod: &Rod) -> bool {
 
 /// Whether a change of the base moment is that of a turn about the base's tangent.
 pub(super) fn is_turn(rod: &Rod, m0: Vector, by: Vector) -> bool {
-    let turn = cross(&tangent(rod), &m0);
-    is_symmetric(rod) && norm(cross(&turn, &by)) <= 1e-3 * norm(turn) * norm(by) && norm(turn) > NONE * norm(m0)
+    let turn = cross(tangent(rod), m0);
+    is_symmetric(rod) && norm(cross(turn, by)) <= 1e-3 * norm(turn) * norm(by) && norm(turn) > NONE * norm(m0)
 }
 
 /// Whether two points lie on one circle about the base's tangent.
@@ -50,7 +51,7 @@ pub(super) fn is_on_circle(rod: &Rod, a: Vector, b: Vector, within: f64) -> bool
     let of = |p: Vector| {
         let way: Vector = std::array::from_fn(|k| p[k] - rod.base_position[k]);
         let height: f64 = (0..3).map(|k| way[k] * tangent[k]).sum();
-        (height, norm(cross(&way, &tangent)))
+        (height, norm(cross(way, tangent)))
     };
     let (a, b) = (of(a), of(b));
     (a.0 - b.0).abs() < within && (a.1 - b.1).abs() < within
@@ -61,8 +62,8 @@ pub(super) fn is_on_circle(rod: &Rod, a: Vector, b: Vector, within: f64) -> bool
 pub(super) fn starts(rod: &Rod, bound: f64, own: Option<Vector>) -> Vec<Vector> {
     let tangent = tangent(rod);
     let least = (0..3).min_by(|a, b| tangent[*a].abs().total_cmp(&tangent[*b].abs())).unwrap_or(0);
-    let x = unit(cross(&tangent, &std::array::from_fn(|k| if k == least { 1.0 } else { 0.0 })));
-    let y = cross(&tangent, &x);
+    let x = unit(cross(tangent, std::array::from_fn(|k| if k == least { 1.0 } else { 0.0 })));
+    let y = cross(tangent, x);
     let signed = [x, y].into_iter().flat_map(|axis| [1.0, -1.0].map(|sign| axis.map(|v| sign * v)));
     let around: Vec<(f64, Vector)> = signed.flat_map(|axis| ACROSS.map(|share| (share, axis))).collect();
     let disturbed = around.par_iter().filter_map(|(share, axis)| {
@@ -92,14 +93,6 @@ fn in_ball(k: usize, radius: f64) -> Vector {
 
 fn tangent(rod: &Rod) -> Vector {
     rod.base_rotation.map(|row| row[2])
-}
-
-fn cross(a: &Vector, b: &Vector) -> Vector {
-    std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
-}
-
-fn norm(v: Vector) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn unit(v: Vector) -> Vector {

@@ -153,7 +153,7 @@ fn terms(plan: &Plan) -> [(&'static str, bool); 11] {
         ("a field that varies in space", plan.scene.sources.varies()),
         ("internal force", terms.force || terms.varying_field),
         ("weight or force per length", terms.load),
-        ("tip moment", terms.tip_moment),
+        ("tip moment", terms.load_without_energy),
         ("different bending about x and y", terms.anisotropic),
         ("stiffness along a segment", terms.taper),
         ("rest curvature along a segment", terms.curvature_rise),

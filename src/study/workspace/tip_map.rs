@@ -2,6 +2,7 @@
 
 use crate::backend::BackendError;
 use crate::model::Vector;
+pub(super) use crate::model::vectors::{dot, norm};
 
 /// Most inputs of one workspace.
 pub const MOST_INPUTS: usize = 12;
@@ -103,14 +104,6 @@ pub(super) fn distance(a: Vector, b: Vector) -> f64 {
 
 pub(super) fn difference(a: Vector, b: Vector) -> Vector {
     std::array::from_fn(|axis| a[axis] - b[axis])
-}
-
-pub(super) fn norm(a: Vector) -> f64 {
-    dot(a, a).sqrt()
-}
-
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Inputs of which those beyond the number in use are zero.

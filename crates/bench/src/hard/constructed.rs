@@ -264,7 +264,7 @@ fn scene(name: &str, loads: Loads, segments: Vec<Segment>) -> Scene {
         sources: Default::default(),
         loads,
         segments,
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

@@ -57,7 +57,7 @@ impl GoldenCase {
             sources: Default::default(),
             loads,
             segments: self.segments.iter().enumerate().map(|(index, segment)| segment.segment(index)).collect(),
-            inner_forces: Vec::new(),
+            inner_loads: Vec::new(),
             wall: None,
             inserted: 0.0,
             rigid_force_arm: true,

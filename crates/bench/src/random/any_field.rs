@@ -138,6 +138,7 @@ impl Around<'_> {
             axis,
             length: distance * self.random.between(0.03, 0.3),
             diameter: distance * self.random.between(0.03, 0.3),
+            bore: 0.0,
             is_exact: false,
         });
         let clearance = body.map_or(DEFAULT_CLEARANCE, |body| 0.5 * body.length.max(body.diameter));

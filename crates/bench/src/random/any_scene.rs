@@ -2,7 +2,7 @@
 
 use super::numbers::Random;
 use rodsweep::model::{
-    Base, Coil, CoilWinding, Density, Flexible, ForcePlace, Frame, InnerForce, Loads, Node, Profile, Rigid,
+    Base, Coil, CoilWinding, Density, Flexible, Frame, InnerLoad, LoadPlace, Loads, Node, Profile, Rigid,
     STANDARD_GRAVITY, Scene, Segment, SegmentKind, Stiffness, Vector,
 };
 
@@ -100,7 +100,7 @@ impl Draw<'_> {
             false => Base::default(),
         };
         let flux_density = self.vector(FIELD);
-        let inner_forces = self.inner_forces(&segments);
+        let inner_loads = self.inner_loads(&segments);
         Scene {
             name: format!("Random {}", self.number),
             base,
@@ -108,7 +108,7 @@ impl Draw<'_> {
             sources: Default::default(),
             loads,
             segments,
-            inner_forces,
+            inner_loads,
             wall: None,
             inserted: 0.0,
             rigid_force_arm: !self.has("armless"),
@@ -116,7 +116,7 @@ impl Draw<'_> {
     }
 
     /// Half of the scenes with a force per length have a force on one segment, too.
-    fn inner_forces(&mut self, segments: &[Segment]) -> Vec<InnerForce> {
+    fn inner_loads(&mut self, segments: &[Segment]) -> Vec<InnerLoad> {
         if !self.has("distributed_force") || self.random.chance(0.5) {
             return Vec::new();
         }
@@ -124,11 +124,11 @@ impl Draw<'_> {
         let segment = &segments[index.min(segments.len() - 1)];
         let force = self.moment() / self.length;
         let (place, size) = match segment.kind {
-            _ if self.random.chance(0.3) => (ForcePlace::Along, force / segment.length),
-            SegmentKind::Flexible(_) => (ForcePlace::At(self.random.unit() * segment.length), force),
-            SegmentKind::Rigid(_) => (ForcePlace::Middle, force),
+            _ if self.random.chance(0.3) => (LoadPlace::Along, force / segment.length),
+            SegmentKind::Flexible(_) => (LoadPlace::At(self.random.unit() * segment.length), force),
+            SegmentKind::Rigid(_) => (LoadPlace::Middle, force),
         };
-        vec![InnerForce {
+        vec![InnerLoad {
             name: "push".into(),
             segment: index,
             place,

@@ -126,7 +126,7 @@ fn random_scene(chain: usize, random: &mut Random) -> (Scene, Sizes) {
         sources: Default::default(),
         loads,
         segments,
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

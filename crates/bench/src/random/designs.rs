@@ -78,7 +78,7 @@ pub fn design(seed: u64, number: u64) -> Design {
         sources: FieldSources::default(),
         loads: Loads { gravity: has_weight.then_some([0.0, 0.0, -STANDARD_GRAVITY]), ..Loads::default() },
         segments,
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,
@@ -229,6 +229,7 @@ fn outside(scene: &Scene, random: &mut Random) -> FieldSources {
         axis: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][(random.unit() * 2.999) as usize],
         length: distance * random.between(0.2, 0.5),
         diameter: distance * random.between(0.2, 0.5),
+        bore: 0.0,
         is_exact: false,
     };
     let place = [distance * angle.cos(), distance * angle.sin(), random.within(0.3, 1.3) * length];

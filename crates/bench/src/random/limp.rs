@@ -41,7 +41,7 @@ fn pulled(mut rod: Rod) -> Rod {
 
 fn scale(scene: &mut Scene, by: f64) {
     let Loads { tip_force, gravity, distributed_force, .. } = &mut scene.loads;
-    let inner = scene.inner_forces.iter_mut().flat_map(|force| &mut force.force);
+    let inner = scene.inner_loads.iter_mut().flat_map(|force| &mut force.force);
     let whole = [tip_force, gravity, distributed_force].into_iter().flatten().flatten();
     whole.chain(inner).for_each(|x| *x *= by);
 }

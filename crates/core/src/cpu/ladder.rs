@@ -29,8 +29,8 @@ pub struct Course {
     pub varying: bool,
     /// Samples start from a given base moment.
     pub searches: bool,
-    /// There may be a dead tip moment: stability is lost elsewhere than where the load turns.
-    pub tip_moment: bool,
+    /// A load may have no energy: stability is lost elsewhere than where the load turns.
+    pub load_without_energy: bool,
     /// Every sample is solved by multiple shooting.
     pub by_nodes: bool,
     pub anchors: bool,
@@ -81,9 +81,11 @@ impl Rung {
                 ("curve in a field, with care", "all that are left, in f64, without a wall", "`fold`, `ramped`")
             }
             Rung::GuardedSteps => ("guarded load steps", "all that are left", "`ramped`"),
-            Rung::FieldGuardedSteps => {
-                ("guarded load steps in a field", "all that are left", "any but `not-converged`")
-            }
+            Rung::FieldGuardedSteps => (
+                "guarded load steps in a field",
+                "all that are left, in f32, beside a wall or under a load without energy",
+                "any but `not-converged`",
+            ),
             Rung::FieldFineSteps => ("guarded load steps on the fine grid", "all that are left", "any"),
             Rung::MultipleShooting => ("multiple shooting", "rods of much growth that are left", "any"),
         };
@@ -110,16 +112,16 @@ impl Course {
             Course { wall: Some(_), .. } => &[FreeTip, ComingWall, FieldCurve, FieldGuardedSteps, FieldFineSteps],
             Course { varying: true, searches: true, .. } => &[FieldGuardedSteps],
             // Margins do not tell there where the index changes: it is counted at every step.
-            Course { varying: true, tip_moment: true, .. } => &[FieldGuardedSteps, FieldFineSteps],
+            Course { varying: true, load_without_energy: true, .. } => &[FieldGuardedSteps, FieldFineSteps],
             Course { varying: true, .. } => {
                 &[FieldSteps, FieldCurve, FieldFineCurve, FieldGuardedSteps, FieldFineSteps]
             }
             Course { by_nodes: true, .. } => &[MultipleShooting],
-            Course { anchors: true, tip_moment: true, .. } => {
+            Course { anchors: true, load_without_energy: true, .. } => {
                 &[Anchors, LoadSteps, LimpShooting, GuardedSteps, MultipleShooting]
             }
             Course { anchors: true, .. } => &[Anchors, LoadSteps, LimpShooting, Curve, GuardedSteps, MultipleShooting],
-            Course { tip_moment: true, .. } => &[LoadSteps, LimpShooting, GuardedSteps, MultipleShooting],
+            Course { load_without_energy: true, .. } => &[LoadSteps, LimpShooting, GuardedSteps, MultipleShooting],
             _ => &[LoadSteps, LimpShooting, Curve, GuardedSteps, MultipleShooting],
         }
     }

@@ -1,5 +1,6 @@
 //! The field of a cylinder that is magnetised evenly along its axis: integrals over the circles of its two ends. F12
 
+use super::vectors::dot;
 use super::{Matrix, Vector};
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -20,6 +21,8 @@ pub struct Cylinder {
     pub half_length: f64,
     /// Its radius.
     pub radius: f64,
+    /// Radius of the hole along its axis; 0: it has none.
+    pub bore: f64,
     /// For points not nearer to its edges than its clearance.
     pub rule: &'static [f64],
 }
@@ -53,21 +56,30 @@ impl Cylinder {
     pub const LEAST_CLEARANCE: f64 = 0.02;
 
     /// A cylinder that no point comes nearer to than `clearance`.
-    pub fn new(length: f64, diameter: f64, clearance: f64) -> Self {
+    pub fn new(length: f64, [diameter, bore]: [f64; 2], clearance: f64) -> Self {
         let radius = 0.5 * diameter;
         // The least distance from a point to the circle of an end, over the largest, bounds the error of the rule.
         let nearest = clearance / (2.0 * radius + clearance);
         let needed = DIGITS / (4.0 * nearest.sqrt().atanh());
         let rule = COUNTS.iter().position(|count| *count as f64 >= needed).unwrap_or(COUNTS.len() - 1);
-        Self { half_length: 0.5 * length, radius, rule: &RULES[rule] }
+        Self { half_length: 0.5 * length, radius, bore: 0.5 * bore, rule: &RULES[rule] }
     }
 
     /// In other units.
     pub fn scaled(self, unit: f64) -> Self {
-        Self { half_length: self.half_length / unit, radius: self.radius / unit, ..self }
+        let [half_length, radius, bore] = [self.half_length, self.radius, self.bore].map(|x| x / unit);
+        Self { half_length, radius, bore, ..self }
     }
 
-    /// Distance of a point from its surface, at `r` from its centre; negative inside.
+    /// Radii of the circles that its field is summed over, with what each counts: the whole cylinder, and less than nothing for the
+    /// hole.
+    pub fn circles(&self) -> impl Iterator<Item = (f64, f64)> {
+        let [whole, hole] = [self.radius, self.bore].map(|x| x * x);
+        let all = [(self.radius, whole), (self.bore, -hole)];
+        all.into_iter().filter(|(radius, _)| *radius > 0.0).map(move |(radius, area)| (radius, area / (whole - hole)))
+    }
+
+    /// Distance of a point from its surface, at `r` from its centre; negative inside, and in its hole.
     pub fn distance(&self, axis: Vector, r: Vector) -> f64 {
         let (z, q) = split(axis, r);
         let [outwards, along] = [dot(q, q).sqrt() - self.radius, z.abs() - self.half_length];
@@ -96,9 +108,10 @@ impl Cylinder {
 
     /// At this square of the distance from its axis, and this distance along it from its middle. F12
     pub fn slopes(&self, s: f64, z: f64) -> Slopes {
-        let (a, rho) = (self.radius, s.sqrt());
+        let rho = s.sqrt();
         let mut sum = Slopes::default();
-        for side in [1.0, -1.0] {
+        let ends = self.circles().flat_map(|circle| [1.0, -1.0].map(|side| (circle, side)));
+        for ((a, share), side) in ends {
             let zeta = z - side * self.half_length;
             let [least, most] = [a - rho, a + rho].map(|x| x * x + zeta * zeta);
             let ratio = (least / most).sqrt();
@@ -116,7 +129,7 @@ impl Cylinder {
                     *sum += term;
                 }
             }
-            let scale = ratio.sqrt() * side / (2.0 * self.half_length * self.rule.len() as f64);
+            let scale = ratio.sqrt() * share * side / (2.0 * self.half_length * self.rule.len() as f64);
             let [up, s3, s5, s7, q7, q9, p11] = by.map(|x| scale * x);
             let (s1, ss) = (-s3, 0.5 * (3.0 * s5 - 5.0 * a * a * q7));
             let (sz, ssz) = (3.0 * zeta * s5, 0.5 * zeta * (35.0 * a * a * q9 - 15.0 * s7));
@@ -139,8 +152,4 @@ impl Cylinder {
 fn split(axis: Vector, r: Vector) -> (f64, Vector) {
     let z = dot(axis, r);
     (z, std::array::from_fn(|k| r[k] - z * axis[k]))
-}
-
-fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

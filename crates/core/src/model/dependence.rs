@@ -6,7 +6,7 @@ use super::record::{
     record_offsets, wall_offset,
 };
 use super::{
-    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, ForcePlace, Frame, InnerForce,
+    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, Frame, InnerLoad, LoadPlace,
     MagnetParameter, Parameter, Rigid, Rod, RodField, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis,
     StiffnessAxis, WallParameter,
 };
@@ -82,9 +82,9 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
         Parameter::Gravity(axis) | Parameter::DistributedForce(axis) => record.all_loads(component(axis)),
         Parameter::FluidDensity => record.all_loads(0..3),
         Parameter::InnerForce(force, axis) | Parameter::ForceAlong(force, axis) => {
-            let InnerForce { segment, place, frame, .. } = scene.inner_forces[force];
+            let InnerLoad { segment, place, frame, .. } = scene.inner_loads[force];
             match scene.station_index(force) {
-                Some(station) if place != ForcePlace::Middle => {
+                Some(station) if place != LoadPlace::Middle => {
                     vec![record.offsets[station] + WEIGHT_AT + axis.index()]
                 }
                 Some(station) if frame == Frame::Body => {
@@ -123,7 +123,7 @@ pub(super) fn touched_segments(parameter: Parameter, scene: &Scene) -> Range<usi
         Parameter::Insertion => 0..1,
         Parameter::Segment(index, _) => index..index + 1,
         Parameter::InnerForce(force, _) | Parameter::InnerMoment(force, _) | Parameter::ForceAlong(force, _) => {
-            let segment = scene.inner_forces[force].segment;
+            let segment = scene.inner_loads[force].segment;
             segment..segment + 1
         }
         Parameter::Gravity(_) | Parameter::DistributedForce(_) | Parameter::FluidDensity => 0..scene.segments.len(),
@@ -242,11 +242,11 @@ pub(super) fn changes_chain(scene: &Scene, parameter: Parameter, other: Paramete
         // The force on a rigid segment is its length times the force per length.
         (P::DistributedForce(_), P::Segment(_, S::Length)) => true,
         (P::Segment(_, S::Length), P::DistributedForce(_)) => true,
-        (P::ForceAlong(force, _), P::Segment(at, S::Length)) => scene.inner_forces[force].segment == at,
-        (P::Segment(at, S::Length), P::ForceAlong(force, _)) => scene.inner_forces[force].segment == at,
+        (P::ForceAlong(force, _), P::Segment(at, S::Length)) => scene.inner_loads[force].segment == at,
+        (P::Segment(at, S::Length), P::ForceAlong(force, _)) => scene.inner_loads[force].segment == at,
         // At a rigid segment's end a force at its middle that turns with it is a couple, too.
-        (P::InnerForce(force, _), P::Segment(at, S::Length)) => scene.inner_forces[force].segment == at,
-        (P::Segment(at, S::Length), P::InnerForce(force, _)) => scene.inner_forces[force].segment == at,
+        (P::InnerForce(force, _), P::Segment(at, S::Length)) => scene.inner_loads[force].segment == at,
+        (P::Segment(at, S::Length), P::InnerForce(force, _)) => scene.inner_loads[force].segment == at,
         (P::Segment(..), P::Gravity(_) | P::FluidDensity) => true,
         // Nodes are attached to the material.
         (P::Segment(0, of), P::Insertion) => is_of_node(of),

@@ -234,7 +234,7 @@ mod tests {
             sources: Default::default(),
             loads: Loads { tip_force: Some([0.01, -0.02, 0.03]), ..Loads::default() },
             segments,
-            inner_forces: Vec::new(),
+            inner_loads: Vec::new(),
             wall: None,
             inserted: 0.0,
             rigid_force_arm: true,

@@ -70,7 +70,7 @@ pub struct Magnet {
     pub clearance: f64,
 }
 
-/// A cylinder magnetised evenly.
+/// A cylinder or a ring that is magnetised evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagnetBody {
     /// Its axis before it is turned, of length one.
@@ -79,6 +79,8 @@ pub struct MagnetBody {
     pub length: f64,
     /// In m
     pub diameter: f64,
+    /// Diameter of the hole along the axis of a ring (m); 0: it has none.
+    pub bore: f64,
     /// Whether its field is that of the cylinder, or of the dipoles that have its second moment.
     pub is_exact: bool,
 }
@@ -250,8 +252,10 @@ impl Magnet {
 
     /// Places of its dipoles from its centre before it is turned: those of its second moment. F0
     pub(super) fn offsets(&self) -> Vec<Vector> {
-        let Some(MagnetBody { axis, length, diameter, is_exact: false }) = self.body else { return vec![[0.0; 3]] };
-        let along = length * length / 12.0 - diameter * diameter / 16.0;
+        let Some(MagnetBody { axis, length, diameter, bore, is_exact: false }) = self.body else {
+            return vec![[0.0; 3]];
+        };
+        let along = length * length / 12.0 - (diameter * diameter + bore * bore) / 16.0;
         let scaled = |v: Vector, by: f64| v.map(|x| x * by);
         if along >= 0.0 {
             let d = along.sqrt();
@@ -282,7 +286,7 @@ impl Magnet {
         let (turned, offsets) = (self.turned(), self.offsets());
         let share = self.shown_strength() / offsets.len() as f64;
         let exact = self.body.filter(|body| body.is_exact);
-        let cylinder = exact.map(|body| Cylinder::new(body.length, body.diameter, self.clearance));
+        let cylinder = exact.map(|body| Cylinder::new(body.length, [body.diameter, body.bore], self.clearance));
         let moment = rotate(&turned, self.moment).map(|x| x * share);
         let dipole = |offset: &Vector| {
             let offset = rotate(&turned, *offset);
@@ -294,9 +298,9 @@ impl Magnet {
 }
 
 impl MagnetBody {
-    /// Moment of a cylinder of this remanence (T): Br V / mu0 along its axis (A·m²)
+    /// Moment of a cylinder or a ring of this remanence (T): Br V / mu0 along its axis (A·m²)
     pub fn moment(&self, remanence: f64) -> Vector {
-        let volume = PI / 4.0 * self.diameter * self.diameter * self.length;
+        let volume = PI / 4.0 * (self.diameter * self.diameter - self.bore * self.bore) * self.length;
         self.axis.map(|x| x * remanence * volume / (4.0 * PI * MU0_OVER_4PI))
     }
 }

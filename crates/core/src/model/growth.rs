@@ -3,7 +3,8 @@
 use super::record::{FLEXIBLE_RECORD, FLUX_DENSITY_AT, TIP_FORCE_AT, WEIGHT_AT, record_offsets};
 use super::rod::{FlexibleRod, Rod, RodSegment};
 use super::tolerances::growth_limit;
-use super::{Entry, Plan, Vector};
+use super::vectors::norm;
+use super::{Entry, Plan};
 
 /// Panels of the midpoint rule over a segment.
 const PANELS: usize = 32;
@@ -74,8 +75,4 @@ fn softness(segment: &FlexibleRod) -> f64 {
     let least = near[0].min(near[1]).min(far[0]).min(far[1]);
     let most = near[0].max(near[1]).max(far[0]).max(far[1]);
     (most / near[2].min(far[2])).max(1.0) / least
-}
-
-fn norm(v: Vector) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -15,7 +15,7 @@ mod field;
 mod field_map;
 mod field_parameter;
 mod growth;
-mod inner_force;
+mod inner_load;
 mod magnet_sheet;
 mod map_fit;
 mod message;
@@ -43,6 +43,7 @@ mod stepper;
 pub mod tolerances;
 mod units;
 mod validate;
+pub mod vectors;
 mod wall;
 
 pub use anchors::{ANCHOR_STRIDE, Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, PlanAnchors};
@@ -57,7 +58,7 @@ pub use field::{
 };
 pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap};
 pub use field_parameter::MagnetParameter;
-pub use inner_force::{ForcePlace, Frame, InnerForce, LOAD_KEYS};
+pub use inner_load::{Frame, InnerLoad, LOAD_KEYS, LoadPlace};
 pub use magnet_sheet::{Body, MagnetMaterial, MagnetQuantity};
 pub use message::{short_list, short_name, short_number};
 pub use parameter::{Axis, Parameter, ParameterError, ParameterNames, StiffnessAxis, closest};

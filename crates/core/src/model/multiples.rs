@@ -134,7 +134,7 @@ mod tests {
                 segment("coil", 0.01, rigid),
                 segment("b", 0.03, flexible),
             ],
-            inner_forces: Vec::new(),
+            inner_loads: Vec::new(),
             wall: None,
             inserted: 0.0,
             rigid_force_arm: true,

@@ -7,8 +7,8 @@ use super::message::{short_list, short_name};
 use super::segment_chain::{load_chain, rotation_jacobian, weight_chain};
 use super::segment_parameter::SegmentParameter;
 use super::{
-    Density, Flexible, ForcePlace, GradientEntry, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector,
-    WallParameter, field_parameter, inner_force, segment_chain,
+    Density, Flexible, GradientEntry, LoadPlace, MagnetParameter, Scene, SegmentKind, Slot, Stiffness, Vector,
+    WallParameter, field_parameter, inner_load, segment_chain,
 };
 use std::collections::BTreeMap;
 
@@ -151,7 +151,7 @@ impl Parameter {
         };
         all.retain(|parameter| !is_taken(parameter));
         all.push(P::FluidDensity);
-        all.extend(inner_force::all(scene));
+        all.extend(inner_load::all(scene));
         all.extend(field_parameter::all(&scene.sources));
         all.extend(scene.wall.iter().flat_map(WallParameter::all).map(P::Wall));
         for (index, segment) in scene.segments.iter().enumerate() {
@@ -191,14 +191,14 @@ impl Parameter {
             P::DistributedForce(axis) => format!("loads.distributed_force.{}", axis.name()),
             P::FluidDensity => "loads.fluid_density".into(),
             P::InnerForce(load, axis) | P::InnerMoment(load, axis)
-                if scene.inner_forces[load].place == ForcePlace::Tip =>
+                if scene.inner_loads[load].place == LoadPlace::Tip =>
             {
-                format!("loads.{}.{}", scene.inner_forces[load].name, axis.name())
+                format!("loads.{}.{}", scene.inner_loads[load].name, axis.name())
             }
-            P::InnerForce(force, axis) => format!("loads.{}.force.{}", scene.inner_forces[force].name, axis.name()),
-            P::InnerMoment(load, axis) => format!("loads.{}.moment.{}", scene.inner_forces[load].name, axis.name()),
+            P::InnerForce(force, axis) => format!("loads.{}.force.{}", scene.inner_loads[force].name, axis.name()),
+            P::InnerMoment(load, axis) => format!("loads.{}.moment.{}", scene.inner_loads[load].name, axis.name()),
             P::ForceAlong(force, axis) => {
-                format!("loads.{}.force_per_length.{}", scene.inner_forces[force].name, axis.name())
+                format!("loads.{}.force_per_length.{}", scene.inner_loads[force].name, axis.name())
             }
             P::Wall(parameter) => format!("wall.{}", parameter.path()),
             P::Segment(index, parameter) => format!("{}.{}", scene.segments[index].name, parameter.path()),
@@ -250,8 +250,8 @@ impl Parameter {
             P::Gravity(axis) => component(scene.loads.gravity, axis),
             P::DistributedForce(axis) => component(scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density.unwrap_or(0.0),
-            P::InnerForce(force, axis) | P::ForceAlong(force, axis) => scene.inner_forces[force].force[axis.index()],
-            P::InnerMoment(load, axis) => component(scene.inner_forces[load].moment, axis),
+            P::InnerForce(force, axis) | P::ForceAlong(force, axis) => scene.inner_loads[force].force[axis.index()],
+            P::InnerMoment(load, axis) => component(scene.inner_loads[load].moment, axis),
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)
@@ -287,9 +287,9 @@ impl Parameter {
             P::DistributedForce(axis) => set(&mut scene.loads.distributed_force, axis),
             P::FluidDensity => scene.loads.fluid_density = Some(value),
             P::InnerForce(force, axis) | P::ForceAlong(force, axis) => {
-                scene.inner_forces[force].force[axis.index()] = value;
+                scene.inner_loads[force].force[axis.index()] = value;
             }
-            P::InnerMoment(load, axis) => set(&mut scene.inner_forces[load].moment, axis),
+            P::InnerMoment(load, axis) => set(&mut scene.inner_loads[load].moment, axis),
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)
@@ -363,8 +363,8 @@ impl Parameter {
                 let segments = (0..scene.segments.len()).filter(displaces);
                 segments.flat_map(|segment| weight_chain(scene, segment, -area(segment))).collect()
             }
-            P::InnerForce(force, axis) | P::ForceAlong(force, axis) => inner_force::chain(scene, force, axis),
-            P::InnerMoment(load, axis) => inner_force::moment_chain(scene, load, axis),
+            P::InnerForce(force, axis) | P::ForceAlong(force, axis) => inner_load::chain(scene, force, axis),
+            P::InnerMoment(load, axis) => inner_load::moment_chain(scene, load, axis),
             P::FieldGradient(_)
             | P::FieldOrigin(_)
             | P::Magnet(..)

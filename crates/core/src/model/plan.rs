@@ -36,8 +36,8 @@ pub struct Terms {
     pub curvature_rise: bool,
     /// Different stiffness about body x and y somewhere.
     pub anisotropic: bool,
-    /// A dead couple at the tip.
-    pub tip_moment: bool,
+    /// A load that may have no energy: a dead couple, or one that turns with the rod.
+    pub load_without_energy: bool,
     /// A rigid segment with a dipole.
     pub dipole: bool,
     /// The field varies in space, or there is a wall: the force at the base is unknown.
@@ -142,6 +142,8 @@ pub struct Plan {
     pub forward: bool,
     /// First entry of the base moments of a search; `None`: the path from rest is followed.
     pub start: Option<usize>,
+    /// Whether these are loads at the base of equilibria that were found on another grid.
+    pub starts_near: bool,
     /// Equilibria from which samples may start instead of from rest.
     pub anchors: Option<PlanAnchors>,
     /// The rod's record, the rest pose of the free part, then the coefficients of the derivatives.
@@ -295,6 +297,7 @@ impl Plan {
             free,
             forward,
             start: None,
+            starts_near: false,
             anchors: None,
             entries,
             input_count,
@@ -443,10 +446,11 @@ impl Plan {
         Quantity::COUNT + self.rows() * self.derivatives.len()
     }
 
-    /// First column of the force at the base. Searches in fields that vary tell it: the moment alone is no start.
+    /// First column of the force at the base, where the field varies. Searches always hold it: the moment alone is no start.
     pub fn base_force_column(&self) -> Option<usize> {
         let own_curvature = if self.first_beyond_rigid().is_some() { 3 } else { 0 };
-        (self.terms.varying_field && self.searches()).then(|| self.own_curvature_column() + own_curvature)
+        (self.terms.varying_field && (self.options.base_force || self.searches()))
+            .then(|| self.own_curvature_column() + own_curvature)
     }
 
     /// First of the columns that tell how the load of a fold follows each parameter, and how far that may be off; `None` where

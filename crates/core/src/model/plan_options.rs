@@ -31,6 +31,9 @@ pub struct PlanOptions {
     pub base_moment_rows: bool,
     /// Whether derivatives include those of the load of a fold.
     pub fold_rows: bool,
+    /// Whether solutions hold the force at the base where the field varies, so that they can be started from again. The CPU engine
+    /// alone tells it.
+    pub base_force: bool,
 }
 
 /// How derivatives are computed.
@@ -60,6 +63,7 @@ impl Default for PlanOptions {
             pace: 1.0,
             base_moment_rows: true,
             fold_rows: false,
+            base_force: false,
         }
     }
 }

@@ -79,7 +79,7 @@ pub(super) fn terms_of(
         taper: segments.iter().any(|segment| segment.tapers),
         curvature_rise: segments.iter().any(|segment| segment.curvature_rises),
         anisotropic: rod.segments.iter().any(differs) || swept.iter().any(one_sided),
-        tip_moment: scene.loads.tip_moment.is_some()
+        load_without_energy: scene.loads.tip_moment.is_some()
             || sweeps(|p| matches!(p, Parameter::TipMoment(_)))
             || scene.has_load_without_energy(),
         dipole: segments.iter().any(|segment| segment.has_dipole),
@@ -93,7 +93,7 @@ pub(super) fn terms_of(
 pub(super) fn free_part(terms: &Terms, segments: &[SegmentPlan], chains: &[Vec<(Slot, f64)>]) -> Option<usize> {
     let wanted = |test: &dyn Fn(&Slot) -> bool| chains.iter().flatten().any(|(slot, _)| test(slot));
     let loaded = terms.force
-        || terms.tip_moment
+        || terms.load_without_energy
         || terms.varying_field
         || wanted(&|slot| matches!(slot, Slot::TipForce(_) | Slot::TipMoment(_)));
     let is_free = |index: usize| {
@@ -148,7 +148,7 @@ pub(super) fn segment_plans(scene: &Scene, rod: &Rod, options: &PlanOptions, swe
             let plan = SegmentPlan { record: offsets[at], ..SegmentPlan::default() };
             plans.push(match &segment.kind {
                 _ if let Some(load) = piece.force => {
-                    let load = &scene.inner_forces[load];
+                    let load = &scene.inner_loads[load];
                     SegmentPlan { has_couple: load.has_couple(), follows: load.frame == Frame::Body, ..plan }
                 }
                 SegmentKind::Flexible(segment) => {

@@ -1,5 +1,6 @@
 //! The shape of a stretch of rod that nothing loads: closed form.
 
+use super::vectors::cross;
 use super::{RodSegment, Vector};
 
 /// Entries of a rest pose: position, d1, t.
@@ -56,10 +57,6 @@ fn combine(directors: &[Vector; 3], v: Vector) -> Vector {
 
 fn sum(a: Vector, b: Vector) -> Vector {
     std::array::from_fn(|k| a[k] + b[k])
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::profile::{Piece, pieces};
 use super::rotation::rotation_matrix;
 use super::{
-    Body, Coil, FieldSources, FlexibleRod, ForcePlace, InnerForce, MagnetMaterial, Node, Profile, RigidRod, Rod,
+    Body, Coil, FieldSources, FlexibleRod, InnerLoad, LoadPlace, MagnetMaterial, Node, Profile, RigidRod, Rod,
     RodField, RodSegment, SceneError, Vector, Wall,
 };
 use std::f64::consts::PI;
@@ -25,7 +25,7 @@ pub struct Scene {
     /// What acts on the rod besides the field.
     pub loads: Loads,
     /// Dead forces inside of the rod.
-    pub inner_forces: Vec<InnerForce>,
+    pub inner_loads: Vec<InnerLoad>,
     /// Wall that the tip may touch; `None`: the tip is free.
     pub wall: Option<Wall>,
     /// Base to tip.
@@ -206,8 +206,8 @@ impl Scene {
         let inserted = std::mem::take(&mut self.inserted);
         let Some(first) = self.segments.first_mut() else { return };
         first.length += inserted;
-        for force in self.inner_forces.iter_mut().filter(|force| force.segment == 0) {
-            if let ForcePlace::At(at) = &mut force.place {
+        for force in self.inner_loads.iter_mut().filter(|force| force.segment == 0) {
+            if let LoadPlace::At(at) = &mut force.place {
                 *at += inserted;
             }
         }
@@ -223,8 +223,8 @@ impl Scene {
 
     /// Makes nodes that a shorter length has left beyond a segment's end give way to one there; forces move there.
     pub fn cut_nodes(&mut self) {
-        for force in &mut self.inner_forces {
-            if let ForcePlace::At(at) = &mut force.place {
+        for force in &mut self.inner_loads {
+            if let LoadPlace::At(at) = &mut force.place {
                 *at = at.min(self.segments[force.segment].length);
             }
         }
@@ -273,7 +273,7 @@ impl Scene {
 
     /// Whether weight or another force acts between base and tip.
     pub fn has_inner_load(&self) -> bool {
-        self.loads.gravity.is_some() || self.loads.distributed_force.is_some() || !self.inner_forces.is_empty()
+        self.loads.gravity.is_some() || self.loads.distributed_force.is_some() || !self.inner_loads.is_empty()
     }
 
     /// Checks that the numbers describe a rod.

@@ -60,7 +60,7 @@ pub enum SceneError {
     #[error(
         "a moment, and a force that turns with the rod, have no energy, so stability with a wall is not known: leave them out, or `[wall]`"
     )]
-    WallWithTipMoment,
+    NoEnergyBesideWall,
     /// The published balance beside a wall.
     #[error(
         "the published balance (`rigid_force_arm = false`) has no energy, so stability with a wall is not known: use the complete balance, or leave out `[wall]`"

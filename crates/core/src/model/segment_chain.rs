@@ -1,6 +1,6 @@
 //! How the numbers of one segment move the rod: slots and their rates.
 
-use super::inner_force::length_chain;
+use super::inner_load::length_chain;
 use super::rotation::{multiply, rotation_matrix};
 use super::segment_parameter::{SegmentParameter, ShearAxis};
 use super::{

@@ -221,7 +221,7 @@ impl Solutions {
         Some(std::array::from_fn(|axis| self.values.get(sample, first + axis)))
     }
 
-    /// Force at the base (N), of a search in a field that varies.
+    /// Force at the base (N), where the field varies and the plan asks for it.
     pub fn base_force(&self, sample: usize) -> Option<[f64; 3]> {
         let first = self.base_force?;
         Some(std::array::from_fn(|axis| self.values.get(sample, first + axis)))
@@ -243,9 +243,12 @@ impl Solutions {
         orthonormal(self.vector(sample, Quantity::TipD1), self.vector(sample, Quantity::TipTangent))
     }
 
-    /// Copies one sample's row from another table of the same columns; that of a search may have more, or this one.
+    /// Copies one sample's row from another table of the same columns. Where only one of the two holds the force at the
+    /// base, that and what follows it stay as they are.
     pub fn copy_row(&mut self, sample: usize, from: &Solutions, from_sample: usize) {
-        for column in 0..self.values.column_count().min(from.values.column_count()) {
+        let both = self.values.column_count().min(from.values.column_count());
+        let common = if self.base_force == from.base_force { None } else { self.base_force.or(from.base_force) };
+        for column in 0..common.unwrap_or(both).min(both) {
             self.values.set(sample, column, from.values.get(from_sample, column));
         }
     }

@@ -40,6 +40,11 @@ impl Plan {
         plan
     }
 
+    /// The same for starts that were found on another grid, in a field that varies: Newton's method on the fine grid alone.
+    pub fn with_near_starts(&self) -> Plan {
+        Plan { starts_near: true, ..self.with_starts() }
+    }
+
     /// Entries of a search.
     pub(super) fn search_entries(&self) -> usize {
         SEARCH_ENTRIES + if self.terms.varying_field { 3 } else { 0 }

@@ -1,7 +1,7 @@
 //! Whether a scene's numbers describe a rod.
 
 use super::{
-    CoilWinding, Cylinder, Density, ForcePlace, GradientEntry, LOAD_KEYS, Magnet, MagnetBody, MagnetMaterial, Node,
+    CoilWinding, Cylinder, Density, GradientEntry, LOAD_KEYS, LoadPlace, Magnet, MagnetBody, MagnetMaterial, Node,
     Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
 };
 use std::collections::HashSet;
@@ -49,7 +49,7 @@ pub(super) fn validate(scene: &Scene) -> Result<(), SceneError> {
     if scene.segments.is_empty() {
         return Err(SceneError::NoSegment);
     }
-    check_inner_forces(scene)?;
+    check_inner_loads(scene)?;
     scene.wall.map_or(Ok(()), |wall| wall.validate(scene))?;
     let mut names = HashSet::new();
     let mut massive = false;
@@ -180,6 +180,9 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
         if let Some(body) = magnet.body {
             check_positive(format!("{name}.length"), body.length)?;
             check_positive(format!("{name}.diameter"), body.diameter)?;
+            let is_hole = (0.0..body.diameter).contains(&body.bore);
+            let words = "at least zero and less than `diameter`; the number is in metres";
+            check(format!("{name}.inner_diameter"), body.bore, is_hole, words)?;
             check_exact(&name, magnet, &body)?;
         }
         if !names.insert(name) {
@@ -238,15 +241,15 @@ fn check_exact(name: &str, magnet: &Magnet, body: &MagnetBody) -> Result<(), Sce
 }
 
 /// Each force has a name of its own and a place on a segment of its kind.
-fn check_inner_forces(scene: &Scene) -> Result<(), SceneError> {
+fn check_inner_loads(scene: &Scene) -> Result<(), SceneError> {
     let mut names: HashSet<&str> = LOAD_KEYS.into();
-    for force in &scene.inner_forces {
+    for force in &scene.inner_loads {
         let keys = match force.place {
-            ForcePlace::Tip => ["", ""],
-            ForcePlace::Along => [".force_per_length", ".moment"],
-            ForcePlace::At(_) | ForcePlace::Middle => [".force", ".moment"],
+            LoadPlace::Tip => ["", ""],
+            LoadPlace::Along => [".force_per_length", ".moment"],
+            LoadPlace::At(_) | LoadPlace::Middle => [".force", ".moment"],
         };
-        if force.place != ForcePlace::Tip && !names.insert(&force.name) {
+        if force.place != LoadPlace::Tip && !names.insert(&force.name) {
             return Err(SceneError::DuplicateForce(force.name.clone()));
         }
         for (key, vector) in keys.into_iter().zip([force.force, force.moment.unwrap_or_default()]) {
@@ -255,14 +258,14 @@ fn check_inner_forces(scene: &Scene) -> Result<(), SceneError> {
         let misplaced = || SceneError::MisplacedForce { name: force.name.clone() };
         let segment = scene.segments.get(force.segment).ok_or_else(misplaced)?;
         match (force.place, &segment.kind) {
-            (ForcePlace::At(at), SegmentKind::Flexible(_)) => {
+            (LoadPlace::At(at), SegmentKind::Flexible(_)) => {
                 check_place(format!("loads.{}.at", force.name), at, segment.length)?;
             }
-            (ForcePlace::Middle, SegmentKind::Rigid(_)) | (ForcePlace::Tip, _) => {}
-            (ForcePlace::Along, _) if force.is_dead_force() => {}
-            (ForcePlace::At(_), SegmentKind::Rigid(_))
-            | (ForcePlace::Middle, SegmentKind::Flexible(_))
-            | (ForcePlace::Along, _) => {
+            (LoadPlace::Middle, SegmentKind::Rigid(_)) | (LoadPlace::Tip, _) => {}
+            (LoadPlace::Along, _) if force.is_dead_force() => {}
+            (LoadPlace::At(_), SegmentKind::Rigid(_))
+            | (LoadPlace::Middle, SegmentKind::Flexible(_))
+            | (LoadPlace::Along, _) => {
                 return Err(misplaced());
             }
         }

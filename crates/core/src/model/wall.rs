@@ -3,6 +3,7 @@
 use super::rotation::rotation_matrix;
 use super::segment_chain::rotation_jacobian;
 use super::validate::{check, check_finite, check_positive};
+use super::vectors::dot;
 use super::{Axis, Scene, SceneError, Slot, Units, Vector};
 
 /// A wall that the tip may touch, as a user describes it; SI units, world frame.
@@ -148,10 +149,6 @@ pub struct Gap {
     pub curvature: super::Matrix,
 }
 
-fn dot(a: Vector, b: Vector) -> f64 {
-    (0..3).map(|k| a[k] * b[k]).sum()
-}
-
 /// Of length 1.
 fn unit(v: Vector) -> Vector {
     let size = dot(v, v).sqrt();
@@ -220,7 +217,7 @@ impl Wall {
             check_finite("wall.anchor", anchor)?;
         }
         if scene.loads.tip_moment.is_some() || scene.has_load_without_energy() {
-            return Err(SceneError::WallWithTipMoment);
+            return Err(SceneError::NoEnergyBesideWall);
         }
         if scene.rigid_force_arm { Ok(()) } else { Err(SceneError::WallWithoutForceArm) }
     }

@@ -65,6 +65,7 @@ pub fn random_sweep(kind: RandomScenes, seed: u64, number: u64) -> Option<SweepS
         wrt,
         single_derivatives: false,
         format: Format::Parquet,
+        rows_in_folder: false,
         workspace: WorkspaceOptions::default(),
         notes: Vec::new(),
     })

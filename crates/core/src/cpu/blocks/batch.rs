@@ -34,11 +34,11 @@ impl Cpu {
     }
 
     fn course(&self) -> Course {
-        let Program { field, searches, tip_moment, anchors, wall, .. } = &self.program;
+        let Program { field, searches, load_without_energy, anchors, wall, .. } = &self.program;
         Course {
             varying: field.is_some(),
             searches: *searches,
-            tip_moment: *tip_moment,
+            load_without_energy: *load_without_energy,
             by_nodes: self.by_nodes,
             anchors: anchors.is_some(),
             wall: wall.as_ref().filter(|_| self.free.is_some()).map(|wall| wall.kind),
@@ -103,6 +103,12 @@ impl Cpu {
                 Rung::Curve => (left, others) = left.into_iter().partition(|at| !self.is_grown(batch, *at)),
                 // In single precision it does not tell there where the load turns.
                 Rung::FieldCurve | Rung::FieldFineCurve if self.precision == Precision::F32 => {
+                    std::mem::swap(&mut left, &mut others)
+                }
+                // What the curve on the fine grid has left, a coarse grid does not solve.
+                Rung::FieldGuardedSteps
+                    if self.precision == Precision::F64 && rungs.contains(&Rung::FieldFineCurve) =>
+                {
                     std::mem::swap(&mut left, &mut others)
                 }
                 Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve if self.free.is_some() => {

@@ -2,6 +2,7 @@
 
 use super::kernels::{FollowVarying, InVarying, Kernels, Leg, Load};
 use super::tools::Tools;
+use crate::cpu::algebra::Vec3;
 use crate::cpu::contact::free_tip::{FREE_PASSES_AT, write_free_tip};
 use crate::cpu::contact::press::press;
 use crate::cpu::contact::wall::Wall;
@@ -13,9 +14,10 @@ use crate::cpu::equilibrium::field::curve::follow_bordered;
 use crate::cpu::equilibrium::field::path::follow_varying;
 use crate::cpu::equilibrium::field::rest::{Rest, set_out};
 use crate::cpu::equilibrium::field::search::search_varying;
+use crate::cpu::equilibrium::start::Start;
 use crate::cpu::rod::field::matrix::Mat6;
-use crate::cpu::rod::field::pass::{Pass, integrate};
-use crate::cpu::rod::field::workspace::What;
+use crate::cpu::rod::field::pass::{Pass, VaryingPasses, integrate};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::{Inputs, Outputs};
 use crate::cpu::rod::terms::Terms;
@@ -69,7 +71,10 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
         let problem = Problem { program, inputs, rod };
         varying.space.load(&problem);
         varying.wall = program.wall.as_ref().map(|wall| Wall::load(wall, &problem));
-        let end = if program.searches {
+        let end = if program.starts_near {
+            let start = (Start::force(&problem), Start::load(&problem).m0);
+            with_matrix_at_full_load(&problem, start, start.0.x.constant(0.0), varying)
+        } else if program.searches {
             search_varying(&problem, varying)
         } else {
             match led {
@@ -89,9 +94,7 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                 Led::FreeCurve if L::Scalar::SHARP => {
                     let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
                     let base = (rod.base_force(program.terms), from.vector(token, 0));
-                    shoot(&problem, &program.fine, base, What::Base, varying);
-                    let inverse = varying.matrix.solve(&Mat6::identity(base.0.x.constant(1.0)));
-                    VaryingPath { inverse, ..VaryingPath::under_full_load(base, from.column(token, FREE_PASSES_AT)) }
+                    with_matrix_at_full_load(&problem, base, from.column(token, FREE_PASSES_AT), varying)
                 }
                 Led::Curve { careful } if L::Scalar::SHARP => {
                     let rest = set_out(&problem, varying);
@@ -107,6 +110,19 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
         };
         solve_varying(&problem, led, end, varying, &mut out);
     }
+}
+
+/// The full load, reached after so many passes, with the matrix of a pass on the fine grid.
+#[inline(always)]
+fn with_matrix_at_full_load<L: VaryingPasses>(
+    problem: &Problem<'_, L>,
+    base: (Vec3<L>, Vec3<L>),
+    passes: L,
+    workspace: &mut VaryingWorkspace<L>,
+) -> VaryingPath<L> {
+    shoot(problem, &problem.program.fine, base, Carried::Base, workspace);
+    let inverse = workspace.matrix.solve(&Mat6::identity(passes.constant(1.0)));
+    VaryingPath { inverse, ..VaryingPath::under_full_load(base, passes) }
 }
 
 /// A pass over a rod in a field that varies, and the terms that it is compiled for.

@@ -10,7 +10,7 @@ use crate::cpu::rod::field::index::index;
 use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
 use crate::cpu::rod::field::state::State;
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Resolution;
 use crate::cpu::simd::lane::{Lane, Scalar};
@@ -59,11 +59,11 @@ pub fn press<L: VaryingPasses>(
         Some(field) if care => field.points,
         _ => CoilLoad::Middle.points(),
     };
-    let pass = |base: Load<L>, what: What, workspace: &mut VaryingWorkspace<L>| {
+    let pass = |base: Load<L>, what: Carried, workspace: &mut VaryingWorkspace<L>| {
         let (problem, lambda) = (*problem, one);
         L::varying_pass(Pass { problem, resolution, lambda, base, what, points, workspace });
     };
-    pass(end.base, if care { What::Transfers } else { What::State }, workspace);
+    pass(end.base, if care { Carried::Transfers } else { Carried::State }, workspace);
     let way = wall.meet(&workspace.tip, all_behind, end);
     if care {
         // A path without care has counted the index of the free rod.
@@ -94,7 +94,7 @@ pub fn press<L: VaryingPasses>(
         if !L::any(active) {
             break;
         }
-        pass(base, What::Base, workspace);
+        pass(base, Carried::Base, workspace);
         wall.shift = way * (one - target);
         let tip = workspace.tip;
         let rows = wall.rows(rod, &tip, &workspace.pose, &workspace.matrix);
@@ -108,7 +108,7 @@ pub fn press<L: VaryingPasses>(
         let counts = if care { converged } else { converged & !target.lt(one) };
         let mut joint = zero;
         if L::any(counts) {
-            pass(base, What::Transfers, workspace);
+            pass(base, Carried::Transfers, workspace);
             let dead = index(&workspace.transfers, one).index;
             joint = L::select(counts, wall.index(rod, &tip, dead, &workspace.pose, &workspace.matrix), zero);
         }

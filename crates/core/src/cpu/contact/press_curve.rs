@@ -12,7 +12,7 @@ use crate::cpu::equilibrium::field::path::{leaps, narrowed};
 use crate::cpu::rod::field::index::index;
 use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::simd::lane::Lane;
 use crate::model::tolerances::{FIRST_BEND, SAFE_MARGIN, WALL_LEAST_PULL};
@@ -39,15 +39,15 @@ struct Pressed<'a, L: Lane> {
 impl<L: VaryingPasses> Pressed<'_, L> {
     /// A pass with the wall at a share of its way, and the residual there.
     #[inline(always)]
-    fn residual(&mut self, at: Loaded<L>, fine: bool, what: What) -> [L; 6] {
+    fn residual(&mut self, at: Loaded<L>, fine: bool, what: Carried) -> [L; 6] {
         let program = &self.problem.program;
         let resolution = match (what, fine) {
-            (What::State, _) => &program.check,
+            (Carried::State, _) => &program.check,
             (_, true) => &program.fine,
             (_, false) => &program.curve,
         };
         let points = program.field.as_ref().map_or(&[][..], |field| match what {
-            What::State => &field.check_points[..],
+            Carried::State => &field.check_points[..],
             _ => field.points,
         });
         let lambda = at.lambda.constant(1.0);
@@ -82,7 +82,7 @@ impl<L: VaryingPasses> Equations<L> for Pressed<'_, L> {
     #[inline(always)]
     fn look(&mut self, fine: bool, at: Loaded<L>, row: Loaded<L>) -> Seen<L, Loaded<L>, Metric<L>> {
         let zero = at.lambda.constant(0.0);
-        let residual = self.residual(at, fine, if fine { What::Base } else { What::Transfers });
+        let residual = self.residual(at, fine, if fine { Carried::Base } else { Carried::Transfers });
         let VaryingWorkspace { tip, pose, matrix, .. } = &*self.workspace;
         self.rows = self.wall.rows(self.problem.rod, tip, pose, matrix);
         let comes = Vec3::select(self.wall.touching, -self.way, Vec3::splat(zero));
@@ -126,7 +126,7 @@ impl<L: VaryingPasses> Equations<L> for Pressed<'_, L> {
 
     #[inline(always)]
     fn check(&mut self, at: Loaded<L>) -> (L, L) {
-        let residual = self.residual(at, true, What::State);
+        let residual = self.residual(at, true, Carried::State);
         load_by(residual, &self.matrix, at.base)
     }
 }

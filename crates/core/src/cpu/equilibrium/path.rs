@@ -147,7 +147,7 @@ pub fn follow_path<L: Lane>(
     // In single precision round-off hides what lies closer.
     let sharp = guarded && L::Scalar::SHARP;
     let resolution = if guarded { &program.careful } else { &program.coarse };
-    let unsymmetric = program.tip_moment;
+    let unsymmetric = program.load_without_energy;
     let dead = if unsymmetric { has_no_energy(rod) } else { nobody };
     let smallest_step = zero.constant(match (guarded, sharp) {
         (false, _) => SMALLEST_RAMP_STEP,

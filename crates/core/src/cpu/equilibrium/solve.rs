@@ -139,7 +139,7 @@ pub fn write_verdict<L: Lane>(
     let margin = margin(w_inverse);
     // Under a dead tip moment det W tells whether the rod has diverged; few steps to get there do not tell. S6
     let mut stable = stable;
-    if program.tip_moment && matches!(path, Path::GuardedRamp | Path::Search) {
+    if program.load_without_energy && matches!(path, Path::GuardedRamp | Path::Search) {
         let undiverged = one.constant(0.0).lt(dot(w.x, cross(w.y, w.z)));
         stable = stable | (has_no_energy(problem.rod) & undiverged);
     }

@@ -4,7 +4,7 @@ use super::margin::node_margin;
 use super::mesh::softness;
 use super::path::follow_nodes;
 use super::responses::{tip_response, write_node_rows};
-use super::state::{Nodes, What};
+use super::state::{Nodes, Purpose};
 use crate::cpu::algebra::{Mat3, length};
 use crate::cpu::equilibrium::fold::leave_folds_empty;
 use crate::cpu::rod::problem::{Problem, Tip, Workspace};
@@ -102,7 +102,7 @@ fn answer<L: Lane>(
             break;
         }
         nodes.resolve(stepper.tableau(), steps);
-        let what = if k == 0 { What::Transfers } else { What::Drives };
+        let what = if k == 0 { Purpose::Transfers } else { Purpose::Drives };
         let small = NODE_ENOUGH * good;
         let enough = (small, small.min(columns_good / (1.2 * NODE_LEFT_OVER)));
         let (converged, left_over) = balance(problem, nodes, what, left, enough, &mut passes, workspace);
@@ -123,7 +123,7 @@ fn answer<L: Lane>(
             if L::any(ready) {
                 let mut row = Outputs { data: &mut rows, stride: L::COUNT, offset: 0 };
                 let mut stable = nodes.elimination.index.lt(one.constant(0.5));
-                if program.tip_moment {
+                if program.load_without_energy {
                     let undiverged = one.constant(0.0).lt(nodes.elimination.least_whole(&nodes.transfers));
                     stable = stable | (has_no_energy(problem.rod) & undiverged);
                 }
@@ -158,7 +158,7 @@ fn answer<L: Lane>(
 fn balance<L: Lane>(
     problem: &Problem<'_, L>,
     nodes: &mut Nodes<L>,
-    what: What,
+    what: Purpose,
     wanted: L::Mask,
     (small, enough): (f64, f64),
     passes: &mut L,
@@ -189,7 +189,7 @@ fn balance<L: Lane>(
 /// Takes some lanes to the equilibrium of the level beyond, which is so near that the transfers in hand lead there.
 #[inline(always)]
 fn correct<L: Lane>(problem: &Problem<'_, L>, nodes: &mut Nodes<L>, wanted: L::Mask, workspace: &mut Workspace<L>) {
-    nodes.pass(problem, problem.rod.t.x.constant(1.0), What::Tip, workspace);
+    nodes.pass(problem, problem.rod.t.x.constant(1.0), Purpose::Tip, workspace);
     nodes.chord_step(problem.rod.l_tip);
     nodes.take_step(wanted);
     nodes.tip = nodes.moved_tip();
@@ -229,7 +229,7 @@ fn write_row<L: Lane>(
 ) {
     let one = passes.constant(1.0);
     let tip_margin = margin(&nodes.elimination.w_inverse);
-    let margin = if problem.program.tip_moment {
+    let margin = if problem.program.load_without_energy {
         let kept = nodes.elimination.clone();
         nodes.factor_symmetric();
         let margin = node_margin(problem, nodes, tip_margin);

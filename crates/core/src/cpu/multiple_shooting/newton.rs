@@ -15,7 +15,7 @@ impl<L: Lane> Nodes<L> {
         let rod = problem.rod;
         let half = lambda.constant(0.5);
         let l_tip = rod.l_tip * lambda;
-        let has_moment = problem.program.tip_moment;
+        let has_moment = problem.program.load_without_energy;
         if has_moment {
             self.factor_symmetric();
         }

@@ -4,7 +4,7 @@
 
 use super::elimination::rotate;
 use super::interval::{Node, turn};
-use super::state::{Nodes, What};
+use super::state::{Nodes, Purpose};
 use crate::cpu::algebra::{affordable, axpy, differs_widely};
 use crate::cpu::rod::problem::{Problem, Workspace};
 use crate::cpu::rod::stability::has_no_energy;
@@ -56,12 +56,12 @@ pub fn follow_nodes<L: Lane>(
         if !L::any(active) {
             break;
         }
-        nodes.pass(problem, target, What::Transfers, workspace);
+        nodes.pass(problem, target, Purpose::Transfers, workspace);
         let size = nodes.newton_step(problem, target);
         let mut least = nodes.elimination.least;
         // Newton's method leads to other branches from where the energy is not convex.
         let mut convex = nodes.elimination.index.lt(one.constant(0.5));
-        if problem.program.tip_moment {
+        if problem.program.load_without_energy {
             // A dead moment has no energy: pivots count as they are.
             let (dead, whole) = (has_no_energy(problem.rod), nodes.elimination.least_whole(&nodes.transfers));
             least = L::select(dead, whole, least);

@@ -3,7 +3,7 @@
 use super::interval::Node;
 use super::mesh::Mesh;
 use super::path::follow_nodes;
-use super::state::{Nodes, What};
+use super::state::{Nodes, Purpose};
 use crate::cpu::algebra::Vec3;
 use crate::cpu::rod::problem::{Problem, Workspace};
 use crate::cpu::simd::lane::{Lane, Scalar, WIDEST};
@@ -37,10 +37,10 @@ pub fn follow_quickly<L: Lane>(
     let path = follow_nodes(problem, nodes, pace, zero.lt(one), workspace);
     let (stepper, steps) = NODE_LEVELS[0];
     nodes.resolve(stepper.tableau(), steps);
-    nodes.pass(problem, one, What::Transfers, workspace);
+    nodes.pass(problem, one, Purpose::Transfers, workspace);
     let reached = path.reached & nodes.newton_step(problem, one).lt(one.constant(NODE_NEARBY));
     nodes.take_step(reached);
-    nodes.pass(problem, one, What::Tip, workspace);
+    nodes.pass(problem, one, Purpose::Tip, workspace);
     nodes.chord_step(problem.rod.l_tip);
     nodes.take_step(reached);
     end.reached = numbers(L::select(reached, one, zero), 0).map(|reached: f64| reached > 0.5);

@@ -94,7 +94,7 @@ fn write_reciprocal_rows<L: Lane>(
     let zero = Mat3::zero(one);
     let identity = Mat3::identity(one);
     let base_rotation = nodes.elimination.pivots[0].s;
-    if program.tip_moment {
+    if program.load_without_energy {
         // The adjoint condition, dm - w x l_tip = unit.
         nodes.elimination.factor(&nodes.transfers, hat(rod.l_tip * one.constant(-0.5)));
     }
@@ -103,7 +103,7 @@ fn write_reciprocal_rows<L: Lane>(
     let mut responses: Vec<Changes<L>> = vec![Vec::new(); count];
     // That to a tip moment is at hand, but for the adjoint condition.
     responses[0] = std::mem::take(by_moment);
-    if program.tip_moment {
+    if program.load_without_energy {
         elimination.solve(transfers, |_| None, identity, zero, &mut responses[0]);
     }
     elimination.solve(transfers, |i| Some((drives[i].w, drives[i].mu)), zero, zero, &mut responses[1]);

@@ -93,7 +93,7 @@ impl<L: Lane> Nodes<L> {
 
     /// A pass over every interval: defects, transfers, tip and, if asked for, drives.
     #[inline(always)]
-    pub fn pass(&mut self, problem: &Problem<'_, L>, lambda: L, what: What, workspace: &mut Workspace<L>) {
+    pub fn pass(&mut self, problem: &Problem<'_, L>, lambda: L, what: Purpose, workspace: &mut Workspace<L>) {
         let Problem { program, rod, .. } = *problem;
         let zero = lambda.constant(0.0);
         let one = lambda.constant(1.0);
@@ -103,12 +103,12 @@ impl<L: Lane> Nodes<L> {
             Transfer { a: none, b: none, c: none, d: none, dp_w: none, dp_mu: none, length: zero, bends: false };
         self.transfers.resize(count, empty);
         self.defects.clear();
-        if what != What::Tip {
+        if what != Purpose::Tip {
             self.drives.clear();
             self.drive_count = 0;
         }
         let (mut columns, mut forces) = (Vec::new(), Vec::new());
-        if what == What::Drives {
+        if what == Purpose::Drives {
             forces = driving_forces(program, workspace, one);
             self.drive_count = forces.len();
             self.traces.clear();
@@ -117,10 +117,10 @@ impl<L: Lane> Nodes<L> {
         for i in 0..count {
             let node = self.nodes[i];
             load_interval(rod, &self.mesh, i, &node, &mut self.alone);
-            if what != What::Tip {
+            if what != Purpose::Tip {
                 self.start_columns(&node, &forces, program.forward, &mut columns);
             }
-            let collects = what == What::Drives && (program.forward || program.collects());
+            let collects = what == Purpose::Drives && (program.forward || program.collects());
             let record = if collects { Record::Traces } else { Record::Nothing };
             let whole = if collects && program.forward { self.cut_sources(i, workspace) } else { None };
             let alone = Problem { rod: &self.alone, ..*problem };
@@ -133,7 +133,7 @@ impl<L: Lane> Nodes<L> {
                 self.keep_traces(program, &mut workspace.traces);
             }
             p = p + end.p;
-            if what != What::Tip {
+            if what != Purpose::Tip {
                 self.push_transfer(problem, i, &end, &columns);
             }
             for (force, three) in forces.iter_mut().zip(&columns[columns.len().min(1)..]) {
@@ -199,7 +199,7 @@ impl<L: Lane> Nodes<L> {
 
 /// What a pass is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum Purpose {
     /// The tip and what is left to balance.
     Tip,
     /// Newton's method.

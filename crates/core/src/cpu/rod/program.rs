@@ -73,8 +73,8 @@ impl Resolution {
 #[derive(Clone, Debug)]
 pub struct Program {
     pub terms: ProgramTerms,
-    /// A dead couple at the tip.
-    pub tip_moment: bool,
+    /// A load that may have no energy: a dead couple, or one that turns with the rod.
+    pub load_without_energy: bool,
     pub rigid_force_arm: bool,
     pub sources: Vec<Source>,
     /// So many columns of inputs tell all of a rod but its derivatives.
@@ -93,6 +93,8 @@ pub struct Program {
     pub start: Option<usize>,
     /// Whether samples are searches.
     pub searches: bool,
+    /// Whether their starts were found on another grid.
+    pub starts_near: bool,
     /// First column of the force at the base, where a search tells it.
     pub base_force: Option<usize>,
     /// First column of how the load of a fold follows each parameter, where that is asked for.
@@ -188,7 +190,7 @@ impl Program {
         let newton_tolerance = newton_tolerance(plan.target(), epsilon);
         Self {
             terms,
-            tip_moment: plan.terms.tip_moment,
+            load_without_energy: plan.terms.load_without_energy,
             rigid_force_arm: plan.scene.rigid_force_arm,
             field: ProgramField::new(plan, |record| sources[record].constant()),
             wall: plan.contact_column().map(|_| ProgramWall::new(plan)),
@@ -202,6 +204,7 @@ impl Program {
             all_segments: plan.segments.len(),
             start: plan.start,
             searches: plan.searches(),
+            starts_near: plan.starts_near,
             base_force: plan.base_force_column(),
             fold: plan.fold_column(),
             anchors: plan.anchors.as_ref().filter(|_| plan.start.is_none()).and_then(anchor_columns(plan)),

@@ -13,7 +13,7 @@ use crate::cpu::rod::field::index::index;
 use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::VaryingPasses;
 use crate::cpu::rod::field::state::State;
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Outputs;
 use crate::cpu::rod::section::velocity;
@@ -48,17 +48,17 @@ pub fn solve_varying<L: VaryingPasses>(
     let mut check = chord_steps(problem, &mut end, workspace);
     // Without care the path has brought the wall along.
     if care && workspace.wall.is_some() {
-        let free = settle(problem, What::Base, &mut end, workspace);
+        let free = settle(problem, Carried::Base, &mut end, workspace);
         end.reached = end.reached & free.converged;
         match led {
             Led::Curve { .. } | Led::FreeCurve if L::Scalar::SHARP => follow_press(problem, &mut end, workspace),
             _ => press(problem, Some(&program.curve), false, &mut end, workspace),
         }
-        settle(problem, What::Base, &mut end, workspace);
+        settle(problem, Carried::Base, &mut end, workspace);
     }
     // With a wall the index is that of both together, which no path has counted.
     let counts = care || workspace.wall.is_some();
-    let what = if counts { What::Parameters } else { What::Columns };
+    let what = if counts { Carried::Parameters } else { Carried::Columns };
     let Settled { converged, mut has_moved, left } = settle(problem, what, &mut end, workspace);
     if workspace.wall.is_some() {
         has_moved = one.lt(one.constant(2.0));
@@ -88,7 +88,7 @@ struct Settled<L: Lane> {
 #[inline(always)]
 fn settle<L: VaryingPasses>(
     problem: &Problem<'_, L>,
-    what: What,
+    what: Carried,
     end: &mut VaryingPath<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) -> Settled<L> {
@@ -188,7 +188,7 @@ fn write<L: VaryingPasses>(
     }
     let least = one.constant(if care { 0.0 } else { ANSWER_MARGIN });
     let mut stable = index.lt(one.constant(0.5)) & least.lt(margin);
-    if program.tip_moment {
+    if program.load_without_energy {
         stable = stable | (has_no_energy(rod) & one.constant(0.0).lt(determinant(&inverse)));
     }
     let within_reach = length(tip.p).lt(one.constant(REACH));

@@ -7,7 +7,7 @@ use crate::cpu::contact::wall::Wall;
 use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
 use crate::cpu::rod::field::state::State;
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Resolution;
 use crate::cpu::simd::lane::Lane;
@@ -39,7 +39,7 @@ pub fn chord_steps<L: VaryingPasses>(
         if !L::any(moving) {
             break;
         }
-        shoot(problem, &program.fine, end.base, What::State, workspace);
+        shoot(problem, &program.fine, end.base, Carried::State, workspace);
         let step =
             chord_step(newton_step(problem, &workspace.tip, &end.inverse, workspace.wall.as_ref()), last, square);
         let change = norm(step);
@@ -87,7 +87,7 @@ pub fn check_pass<L: VaryingPasses>(
     base: Load<L>,
     workspace: &mut VaryingWorkspace<L>,
 ) -> Check<L> {
-    let what = if workspace.wall.is_some() { What::Watched } else { What::State };
+    let what = if workspace.wall.is_some() { Carried::Watched } else { Carried::State };
     let resolution = &problem.program.check;
     let lambda = base.0.x.constant(1.0);
     let points = problem.program.field.as_ref().map_or(&[][..], |field| &field.check_points);
@@ -100,7 +100,7 @@ pub fn shoot<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     resolution: &Resolution,
     base: (Vec3<L>, Vec3<L>),
-    what: What,
+    what: Carried,
     workspace: &mut VaryingWorkspace<L>,
 ) {
     let lambda = base.0.x.constant(1.0);

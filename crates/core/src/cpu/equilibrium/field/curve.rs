@@ -11,7 +11,7 @@ use crate::cpu::equilibrium::equations::{Equations, Point, Seen, further};
 use crate::cpu::rod::field::index::index;
 use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{FIRST_BEND, NEAR_MARGIN, ROUND_OFF};
@@ -237,7 +237,7 @@ pub fn load_by_residual<L: Lane>(matrix: &[[L; 7]; 7]) -> [L; 7] {
 
 impl<L: VaryingPasses> Varying<'_, L> {
     #[inline(always)]
-    fn pass(&mut self, fine: bool, lambda: L, base: Load<L>, what: What) {
+    fn pass(&mut self, fine: bool, lambda: L, base: Load<L>, what: Carried) {
         let program = &self.problem.program;
         let resolution = if fine || self.careful { &program.fine } else { &program.curve };
         let points = program.field.as_ref().map_or(&[][..], |field| field.points);
@@ -278,10 +278,10 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
     #[inline(always)]
     fn look(&mut self, fine: bool, at: Loaded<L>, row: Loaded<L>) -> Seen<L, Loaded<L>, Metric<L>> {
         let further = at.lambda.constant(further::<L>());
-        self.pass(fine, at.lambda, at.base, if fine { What::Base } else { What::Transfers });
+        self.pass(fine, at.lambda, at.base, if fine { Carried::Base } else { Carried::Transfers });
         let r = self.residual(at.lambda);
         self.tip = self.workspace.tip.p;
-        self.pass(fine, at.lambda + further, at.base, What::State);
+        self.pass(fine, at.lambda + further, at.base, Carried::State);
         let mut by_lambda = self.residual(at.lambda + further);
         for k in 0..6 {
             by_lambda[k] = (by_lambda[k] - r[k]) / further;
@@ -332,7 +332,7 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
         let field = self.problem.program.field.as_ref();
         let (resolution, points) =
             (&self.problem.program.check, field.map_or(&[][..], |field| &field.check_points[..]));
-        let (problem, what, base) = (*self.problem, What::State, at.base);
+        let (problem, what, base) = (*self.problem, Carried::State, at.base);
         let workspace = &mut *self.workspace;
         L::varying_pass(Pass { problem, resolution, lambda: at.lambda, base, what, points, workspace });
         load_by(self.residual(at.lambda), &self.matrix, base)

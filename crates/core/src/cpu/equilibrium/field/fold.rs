@@ -6,7 +6,7 @@ use super::curve::load_by_residual;
 use crate::cpu::equilibrium::equations::further;
 use crate::cpu::equilibrium::fold::{leave_folds_empty, store_fold_slopes};
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::{Outputs, Resolution};
 
@@ -48,14 +48,14 @@ fn slopes<L: VaryingPasses>(
     let one = end.lambda.constant(1.0);
     let zero = one.constant(0.0);
     let further = one.constant(further::<L>());
-    let pass = |lambda: L, what: What, workspace: &mut VaryingWorkspace<L>| {
+    let pass = |lambda: L, what: Carried, workspace: &mut VaryingWorkspace<L>| {
         L::varying_pass(Pass { problem: *problem, resolution, lambda, base: end.base, what, points, workspace });
         let tip = &workspace.tip;
         let (n, m) = (tip.n - rod.f_tip * lambda, tip.m - rod.l_tip * lambda);
         [n.x, n.y, n.z, m.x, m.y, m.z]
     };
-    let after = pass(one + further, What::State, workspace);
-    let before = pass(one, What::Columns, workspace);
+    let after = pass(one + further, Carried::State, workspace);
+    let before = pass(one, Carried::Columns, workspace);
     let mut matrix = [[zero; 7]; 7];
     for k in 0..6 {
         matrix[k][..6].copy_from_slice(&workspace.matrix.0[k]);

@@ -9,7 +9,7 @@ use crate::cpu::algebra::{Vec3, affordable, differs_widely, length};
 use crate::cpu::rod::field::index::index;
 use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Resolution;
 use crate::cpu::rod::stability::has_no_energy;
@@ -82,7 +82,7 @@ pub fn follow_varying<L: VaryingPasses>(
     let sharp = care && L::Scalar::SHARP;
     // Elsewhere the field acts, but for stretches under a tip moment, as if it did at the middles of rigid segments; the answer corrects it.
     let points = match &program.field {
-        Some(field) if sharp || program.tip_moment => field.points,
+        Some(field) if sharp || program.load_without_energy => field.points,
         _ => CoilLoad::Middle.points(),
     };
     let smallest = one.constant(match (care, sharp) {
@@ -106,7 +106,7 @@ pub fn follow_varying<L: VaryingPasses>(
     let mut failed = too_near | outside;
     let (mut last_tip, mut last_leeway) = (from.tip, from.leeway);
     let (mut weakest, mut last_margin, mut last_determinant) = (one, one, one);
-    let dead = if program.tip_moment { has_no_energy(rod) } else { nobody };
+    let dead = if program.load_without_energy { has_no_energy(rod) } else { nobody };
     loop {
         let active = !(reached | failed);
         if !L::any(active) {
@@ -114,7 +114,7 @@ pub fn follow_varying<L: VaryingPasses>(
         }
         let partial = target.lt(one);
         let counts = !care && L::any(active & !partial);
-        let what = if counts { What::Transfers } else { What::Base };
+        let what = if counts { Carried::Transfers } else { Carried::Base };
         L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
         let inverse = workspace.matrix.solve_soon(&Mat6::identity(one));
         let tip = workspace.tip;
@@ -123,7 +123,7 @@ pub fn follow_varying<L: VaryingPasses>(
         // Moments and radians, as on other paths.
         let moved = norm((dn, dm)).max(length(workspace.pose.on(dn, dm).1));
         let margin = margin(&inverse);
-        let enough = match sharp || program.tip_moment {
+        let enough = match sharp || program.load_without_energy {
             true => narrowed(margin, sharp) * one.constant(PATH_TOLERANCE),
             false => L::select(partial, one.constant(FIELD_LOAD_TOLERANCE), one.constant(FULL_LOAD_TOLERANCE)),
         };
@@ -141,12 +141,12 @@ pub fn follow_varying<L: VaryingPasses>(
         let (mut stable, mut determinant) = (converged, one);
         if L::any(converged & if care { converged } else { !partial }) {
             if care {
-                let what = What::Transfers;
+                let what = Carried::Transfers;
                 L::varying_pass(Pass { problem: *problem, resolution, lambda: target, base, what, points, workspace });
             }
             let found = index(&workspace.transfers, one);
             stable = found.index.lt(one.constant(0.5));
-            if program.tip_moment {
+            if program.load_without_energy {
                 // A dead moment has no second variation: the matrix itself must stay regular.
                 determinant = L::select(dead, one, found.determinant);
                 stable = stable | (dead & converged);
@@ -157,7 +157,7 @@ pub fn follow_varying<L: VaryingPasses>(
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
         let mut leaps = leaps(margin, last_margin) | softens(determinant, last_determinant);
         let mut departed = zero;
-        if program.tip_moment {
+        if program.load_without_energy {
             // The first step sets out from the unloaded rod, where the matrix is regular.
             departed = L::select(zero.lt(lambda), departure(&end_inverse, &workspace.matrix), zero);
             leaps = leaps | (dead & !departed.lt(one.constant(DEPARTURE)));
@@ -173,7 +173,7 @@ pub fn follow_varying<L: VaryingPasses>(
         let mut most = one + one;
         if care {
             most = affordable(margin, last_margin, used, NEAR_MARGIN, SPENT);
-            if program.tip_moment {
+            if program.load_without_energy {
                 let far = used * one.constant(DEPARTURE_AIM * DEPARTURE) / departed;
                 most = L::select(dead & far.lt(most), far, most);
             }
@@ -221,7 +221,7 @@ pub fn follow_varying<L: VaryingPasses>(
     let is_steep = one.constant(if sharp { FOLD_STEEPNESS } else { 0.0 }).lt(norm(secant) * last_margin);
     let is_weak = weakest.lt(one.constant(FOLD_MARGIN));
     // Under a tip moment the margin does not tell where stability is lost.
-    let at_fold = is_steep & if program.tip_moment { unstable | is_weak } else { is_weak };
+    let at_fold = is_steep & if program.load_without_energy { unstable | is_weak } else { is_weak };
     let fold = lost & !too_near & !outside & at_fold;
     let is_finite = length(accepted.1).is_finite();
     VaryingPath {

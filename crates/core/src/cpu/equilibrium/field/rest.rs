@@ -3,7 +3,7 @@
 use super::base_load::{Load, norm};
 use crate::cpu::algebra::{Vec3, cross_sub, length};
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::{Problem, stiff};
 use crate::cpu::rod::program::{Inputs, Outputs};
 use crate::cpu::simd::lane::Lane;
@@ -51,7 +51,7 @@ pub fn set_out<L: VaryingPasses>(problem: &Problem<'_, L>, workspace: &mut Varyi
     let Problem { program, rod, .. } = *problem;
     let problem = Problem { rod: &stiff(rod), ..*problem };
     let none = Vec3::splat(rod.t.x.constant(0.0));
-    let (resolution, what, points) = (&program.coarse, What::Place, CoilLoad::Middle.points());
+    let (resolution, what, points) = (&program.coarse, Carried::Place, CoilLoad::Middle.points());
     let lambda = rod.t.x.constant(1.0);
     L::varying_pass(Pass { problem, resolution, lambda, base: (none, none), what, points, workspace });
     let n = rod.f_tip - workspace.tip.n;

@@ -10,7 +10,7 @@ use crate::cpu::equilibrium::search::deflation;
 use crate::cpu::equilibrium::start::Start;
 use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::VaryingPasses;
-use crate::cpu::rod::field::workspace::{VaryingWorkspace, What};
+use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::model::FAR;
 use crate::model::tolerances::{PATH_TOLERANCE, SEARCH_FORCE_LIMIT, SEARCH_LIMIT, SEARCH_STEP};
@@ -44,14 +44,14 @@ pub fn search_varying<L: VaryingPasses>(
     };
     let mut failed = none;
     let given = length(n0).lt(one.constant(FAR));
-    shoot(problem, &program.coarse, end.base, What::State, workspace);
+    shoot(problem, &program.coarse, end.base, Carried::State, workspace);
     let without = rod.f_tip - workspace.tip.n;
     end.base.0 = Vec3::select(length(without).is_finite(), without, end.base.0);
     end.base.0 = Vec3::select(given, n0, end.base.0);
     // A lane whose force has settled is frozen: what a sample comes to does not depend on its neighbours.
     let mut settled = given;
     for _ in 0..SEARCH_FORCE_LIMIT {
-        shoot(problem, &program.coarse, end.base, What::Base, workspace);
+        shoot(problem, &program.coarse, end.base, Carried::Base, workspace);
         let step = inverse(force_block(&workspace.matrix)) * (rod.f_tip - workspace.tip.n);
         let size = length(step) / (one + length(end.base.0));
         let factor = L::select(size.lt(longest), one, longest / size);
@@ -67,7 +67,7 @@ pub fn search_varying<L: VaryingPasses>(
         if !L::any(active) {
             break;
         }
-        shoot(problem, &program.coarse, end.base, What::Base, workspace);
+        shoot(problem, &program.coarse, end.base, Carried::Base, workspace);
         let all = workspace.matrix.solve(&Mat6::identity(one));
         let newton = newton_step(problem, &workspace.tip, &all, None);
         let deflated = deflation(end.base.1, newton.1, &known);

@@ -131,7 +131,7 @@ impl Column {
                 segment("rod", LENGTH, SegmentKind::Flexible(flexible)),
                 segment("magnet", TIP_LENGTH, SegmentKind::Rigid(magnet)),
             ],
-            inner_forces: Vec::new(),
+            inner_loads: Vec::new(),
             wall: None,
             inserted: 0.0,
             rigid_force_arm: true,

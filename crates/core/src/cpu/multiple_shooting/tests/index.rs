@@ -4,7 +4,7 @@ use super::chain::{Column, HELICES, LENGTH, helix};
 use super::{Random, Single, lane, lanes, matrix, number, numbers};
 use crate::cpu::multiple_shooting::interval::Node;
 use crate::cpu::multiple_shooting::mesh::Interval;
-use crate::cpu::multiple_shooting::state::What;
+use crate::cpu::multiple_shooting::state::Purpose;
 use crate::cpu::simd::lane::Lane;
 use nalgebra::DVector;
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ fn index_by_nodes(column: &Column, u: &DVector<f64>) -> Option<usize> {
     nodes.hold_base(&problem);
     let mut size = f64::INFINITY;
     for _ in 0..20 {
-        nodes.pass(&problem, one, What::Transfers, &mut workspace);
+        nodes.pass(&problem, one, Purpose::Transfers, &mut workspace);
         size = number(nodes.newton_step(&problem, one));
         if size < 1e-10 {
             break;

@@ -4,7 +4,7 @@ use super::chain::Column;
 use super::{L, Single, lane};
 use crate::cpu::multiple_shooting::path::follow_nodes;
 use crate::cpu::multiple_shooting::responses::tip_response;
-use crate::cpu::multiple_shooting::state::What;
+use crate::cpu::multiple_shooting::state::Purpose;
 use crate::cpu::simd::lane::Lane;
 use crate::model::tolerances::NODE_PACES;
 
@@ -21,7 +21,7 @@ fn an_interval_takes_few_numbers() {
     let (mut nodes, mut workspace) = single.nodes(1.0, 1);
     let end = follow_nodes(&problem, &mut nodes, NODE_PACES[1], lane(0.0).lt(one), &mut workspace);
     assert!(L::any(end.reached));
-    nodes.pass(&problem, one, What::Drives, &mut workspace);
+    nodes.pass(&problem, one, Purpose::Drives, &mut workspace);
     nodes.newton_step(&problem, one);
     tip_response(&mut nodes);
     let bytes = size_of_val(&nodes.nodes[..])

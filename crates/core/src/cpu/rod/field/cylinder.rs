@@ -106,10 +106,12 @@ impl<L: Lane> Seen<L> {
 fn slopes<L: Lane>(cylinder: &Cylinder, s: L, z: L, order: usize) -> Slopes<L> {
     let constant = |x: f64| s.constant(x);
     let (zero, one) = (constant(0.0), constant(1.0));
-    let (a, rho) = (constant(cylinder.radius), s.sqrt());
-    let a2 = a * a;
+    let rho = s.sqrt();
     let mut sum = Slopes { s: zero, z: zero, ss: zero, sz: zero, zz: zero, sss: zero, ssz: zero, szz: zero, zzz: zero };
-    for side in [1.0, -1.0] {
+    let ends = cylinder.circles().flat_map(|circle| [1.0, -1.0].map(|side| (circle, side)));
+    for ((a, of_circle), side) in ends {
+        let a = constant(a);
+        let a2 = a * a;
         let zeta = z - constant(side * cylinder.half_length);
         let (near, far) = (a - rho, a + rho);
         let (least, most) = (zeta.mul_add(zeta, near * near), zeta.mul_add(zeta, far * far));
@@ -137,7 +139,7 @@ fn slopes<L: Lane>(cylinder: &Cylinder, s: L, z: L, order: usize) -> Slopes<L> {
                 }
             }
         }
-        let share = side / (2.0 * cylinder.half_length * cylinder.rule.len() as f64);
+        let share = of_circle * side / (2.0 * cylinder.half_length * cylinder.rule.len() as f64);
         let scale = ratio.sqrt() * constant(share);
         let up = up * (scale + scale);
         sum.s = sum.s - s3 * scale;

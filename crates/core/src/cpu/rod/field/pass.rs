@@ -8,7 +8,7 @@ use super::parameters::Parameters;
 use super::program_field::FAR;
 use super::state::{Columns, State};
 use super::step::{Step, step_columns, step_rod};
-use super::workspace::{VaryingWorkspace, What};
+use super::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat, length};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Resolution;
@@ -27,7 +27,7 @@ pub struct Pass<'a, L: Lane> {
     pub lambda: L,
     /// Force and moment at the base.
     pub base: (Vec3<L>, Vec3<L>),
-    pub what: What,
+    pub what: Carried,
     /// Points of a rigid segment where the field acts, and their shares of its dipole.
     pub points: &'a [(f64, f64)],
     pub workspace: &'a mut VaryingWorkspace<L>,
@@ -109,7 +109,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
         transfers.clear();
     }
     moments.clear();
-    if what == What::Watched
+    if what == Carried::Watched
         && let Some(wall) = wall
     {
         wall.watch();
@@ -124,7 +124,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
     for (index, segment) in rod.segments.iter().enumerate() {
         match segment {
             Segment::Flexible(flexible) => {
-                if what == What::Place {
+                if what == Carried::Place {
                     moments.push((state.p, state.m));
                 }
                 let steps = resolution.steps[index];
@@ -171,12 +171,12 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                         let interval = if flexible.has_magnet { Interval::Magnetised } else { Interval::Free };
                         push(transfers, (&mut pose, &mut load), &own, state.m, interval);
                     }
-                    if what == What::Watched
+                    if what == Carried::Watched
                         && let Some(wall) = wall
                     {
                         wall.watch_step(&before, &state, span);
                     }
-                    if matches!(what, What::State | What::Watched) {
+                    if matches!(what, Carried::State | Carried::Watched) {
                         continue;
                     }
                     let middle = midway(&before, &state, span);
@@ -184,7 +184,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     let clearance = space.clearance(before.p, middle).min(space.clearance(middle, state.p));
                     leeway = leeway.min(clearance / travelled);
                 }
-                if what == What::Place {
+                if what == Carried::Place {
                     moments.push((state.p, state.m));
                 }
                 for (parameters, three) in parameters.iter().zip(columns.iter_mut()).take(threes) {
@@ -217,12 +217,12 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     push(transfers, (&mut pose, &mut load), &own, after.m, Interval::Rigid);
                 }
                 let before = std::mem::replace(&mut state, after);
-                if what == What::Watched
+                if what == Carried::Watched
                     && let Some(wall) = wall
                 {
                     wall.watch_step(&before, &state, rigid.length);
                 }
-                if matches!(what, What::State | What::Watched) {
+                if matches!(what, Carried::State | Carried::Watched) {
                     continue;
                 }
                 if rigid.has_dipole {
@@ -234,13 +234,13 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
         }
     }
     workspace.tip = state;
-    if matches!(what, What::State | What::Watched) {
+    if matches!(what, Carried::State | Carried::Watched) {
         return;
     }
     // A rod that is nowhere is near to nothing.
     leeway = leeway * travelled;
     (workspace.leeway, workspace.inside) = (L::select(leeway.is_finite(), leeway, far), inside);
-    if what == What::Place {
+    if what == Carried::Place {
         return;
     }
     let mut matrix = residual(&pose, &load, state.m);

@@ -16,7 +16,7 @@ use crate::cpu::simd::lane::Lane;
 
 /// What a pass carries along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum Carried {
     /// The state alone.
     State,
     /// The same, and how near the rod comes to the wall.
@@ -33,22 +33,22 @@ pub enum What {
     Columns,
 }
 
-impl What {
+impl Carried {
     pub fn has_columns(self) -> bool {
-        !matches!(self, What::State | What::Watched | What::Place)
+        !matches!(self, Carried::State | Carried::Watched | Carried::Place)
     }
 
     pub fn has_transfers(self) -> bool {
-        matches!(self, What::Transfers | What::Parameters)
+        matches!(self, Carried::Transfers | Carried::Parameters)
     }
 
     /// By the load at the base, all the way.
     pub fn has_base(self) -> bool {
-        matches!(self, What::Base | What::Columns)
+        matches!(self, Carried::Base | Carried::Columns)
     }
 
     pub fn has_parameters(self) -> bool {
-        matches!(self, What::Parameters | What::Columns)
+        matches!(self, Carried::Parameters | Carried::Columns)
     }
 }
 

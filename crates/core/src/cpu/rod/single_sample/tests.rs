@@ -34,7 +34,7 @@ fn plan(loads: Loads, bending: [f64; 2], general: bool) -> Plan {
         sources: Default::default(),
         loads,
         segments: vec![Segment { name: "tube".into(), length: 0.07, kind: SegmentKind::Flexible(tube) }],
-        inner_forces: Vec::new(),
+        inner_loads: Vec::new(),
         wall: None,
         inserted: 0.0,
         rigid_force_arm: true,

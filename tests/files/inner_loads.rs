@@ -1,7 +1,7 @@
 //! Forces inside of the rod in scene files: their places, what is refused and with which remedy, what is written.
 
 use rodsweep::input::{InputError, assign, parse_scene, write_scene};
-use rodsweep::model::{ForcePlace, Parameter, Scene};
+use rodsweep::model::{LoadPlace, Parameter, Scene};
 
 const SEGMENTS: &str = "[[segment]]
 name = \"tube\"
@@ -30,38 +30,38 @@ fn good(loads: &str) -> Scene {
 #[test]
 fn places_are_found() {
     let cases = [
-        ("at = \"20 mm\"\nforce = [0, 1, 0]", 0, ForcePlace::At(0.02)),
-        ("at = \"60 mm\"\nforce = [0, 1, 0]", 0, ForcePlace::At(0.06)),
-        ("at = 0\nforce = [0, 1, 0]", 0, ForcePlace::At(0.0)),
-        ("segment = \"end\"\nat = \"5 mm\"\nforce = [0, 1, 0]", 2, ForcePlace::At(0.005)),
-        ("segment = \"ring\"\nforce = [0, 1, 0]\nframe = \"world\"", 1, ForcePlace::Middle),
-        ("segment = \"ring\"\nforce_per_length = [0, 1, 0]", 1, ForcePlace::Along),
-        ("segment = \"tube\"\nforce_per_length = [0, \"2 N/m\", 0]", 0, ForcePlace::Along),
+        ("at = \"20 mm\"\nforce = [0, 1, 0]", 0, LoadPlace::At(0.02)),
+        ("at = \"60 mm\"\nforce = [0, 1, 0]", 0, LoadPlace::At(0.06)),
+        ("at = 0\nforce = [0, 1, 0]", 0, LoadPlace::At(0.0)),
+        ("segment = \"end\"\nat = \"5 mm\"\nforce = [0, 1, 0]", 2, LoadPlace::At(0.005)),
+        ("segment = \"ring\"\nforce = [0, 1, 0]\nframe = \"world\"", 1, LoadPlace::Middle),
+        ("segment = \"ring\"\nforce_per_length = [0, 1, 0]", 1, LoadPlace::Along),
+        ("segment = \"tube\"\nforce_per_length = [0, \"2 N/m\", 0]", 0, LoadPlace::Along),
     ];
     for (text, segment, place) in cases {
         let scene = good(&format!("[[load]]\nname = \"push\"\n{text}"));
-        let force = &scene.inner_forces[0];
+        let force = &scene.inner_loads[0];
         assert_eq!((force.segment, force.place), (segment, place), "{text}");
         assert_eq!(parse_scene("x.toml".as_ref(), &write_scene(&scene)).expect("what was written"), scene, "{text}");
-        let key = if place == ForcePlace::Along { "force_per_length" } else { "force" };
+        let key = if place == LoadPlace::Along { "force_per_length" } else { "force" };
         let named = Parameter::parse(&scene, &format!("loads.push.{key}")).expect("a group");
         assert_eq!(named.len(), 3, "{text}");
         assert_eq!(Parameter::parse(&scene, "loads.push").expect("a group"), named, "{text}");
         let mut moved = scene.clone();
-        let unit = if place == ForcePlace::Along { "mN/mm" } else { "N" };
+        let unit = if place == LoadPlace::Along { "mN/mm" } else { "N" };
         assign(&mut moved, &[format!("loads.push.{key}.z=3 {unit}")]).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(moved.inner_forces[0].force[2], 3.0, "{text}");
+        assert_eq!(moved.inner_loads[0].force[2], 3.0, "{text}");
     }
     // By distance from the base, beyond a rigid segment.
     let scene = good("[[load]]\nname = \"push\"\nat = \"70 mm\"\nforce = [0, 1, 0]");
-    let ForcePlace::At(at) = scene.inner_forces[0].place else { panic!("no station") };
-    assert!(scene.inner_forces[0].segment == 2 && (at - 0.006).abs() < 1e-15);
+    let LoadPlace::At(at) = scene.inner_loads[0].place else { panic!("no station") };
+    assert!(scene.inner_loads[0].segment == 2 && (at - 0.006).abs() < 1e-15);
 }
 
 #[test]
 fn what_is_pushed_in_moves_a_force_on() {
     let scene = good("insertion = \"99 mm\"\n[[load]]\nname = \"push\"\nat = \"20 mm\"\nforce = [0, 1, 0]");
-    let ForcePlace::At(at) = scene.inner_forces[0].place else { panic!("no station") };
+    let LoadPlace::At(at) = scene.inner_loads[0].place else { panic!("no station") };
     assert!((at - 0.035).abs() < 1e-15, "{at}");
     let mut scene = good("[[load]]\nname = \"push\"\nat = \"20 mm\"\nforce = [0, 1, 0]");
     assign(&mut scene, &["insertion=0.07".to_owned()]).expect("a value");
