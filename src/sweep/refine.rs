@@ -72,7 +72,7 @@ impl Stage<'_> {
         self.solve_as(samples, some, |group| samples.gathered(group), tell)
     }
 
-    /// The same for samples that are gathered into a batch of the stage's own.
+    /// Solves some samples as `batch` gathers them, and tells as [`Stage::solve`] does.
     fn solve_as(
         &mut self,
         samples: &Samples,

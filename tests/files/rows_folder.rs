@@ -85,10 +85,10 @@ fn shards_meet_in_one_folder_and_merge_into_another() {
         run(in_folder("csv"), &at("one place"), Shard { index, count: 2 }, index == 2);
         run(in_folder("csv"), &at(&index.to_string()), Shard { index, count: 2 }, false);
     }
-    assert_eq!(Results::open(&at("one place")).expect("results").read(&[]).expect("rows"), whole);
+    assert_eq!(Results::open(at("one place")).expect("results").read(&[]).expect("rows"), whole);
     merge(&[at("1"), at("2")], &at("merged")).expect("a merge");
     assert!(at("merged/rows/part-0000000004.csv").exists());
-    assert_eq!(Results::open(&at("merged")).expect("results").read(&[]).expect("rows"), whole);
+    assert_eq!(Results::open(at("merged")).expect("results").read(&[]).expect("rows"), whole);
     fs::remove_file(at("2/rows/part-0000000001.csv")).expect("a part");
     assert!(matches!(merge(&[at("1"), at("2")], &at("again")), Err(ResultsError::MissingParts { first: 1, .. })));
     fs::write(at("2/rows/part-0000000001.csv"), b"sample\n").expect("damage");

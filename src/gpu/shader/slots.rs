@@ -15,7 +15,7 @@ const KINDS: [&str; 20] = [
     "BASE_ROTATION",
     "FLUX_DENSITY",
     "TIP_FORCE",
-    "LOAD_WITHOUT_ENERGY",
+    "TIP_MOMENT",
     "INSERTION",
     "LENGTH",
     "STIFFNESS",

@@ -142,7 +142,7 @@ pub struct Plan {
     pub forward: bool,
     /// First entry of the base moments of a search; `None`: the path from rest is followed.
     pub start: Option<usize>,
-    /// Whether these are loads at the base of equilibria that were found on another grid.
+    /// Whether samples start from loads at the base that were found on another grid.
     pub starts_near: bool,
     /// Equilibria from which samples may start instead of from rest.
     pub anchors: Option<PlanAnchors>,

@@ -40,7 +40,8 @@ impl Plan {
         plan
     }
 
-    /// The same for starts that were found on another grid, in a field that varies: Newton's method on the fine grid alone.
+    /// The same rods in a field that varies, each solved from a load at its base that was found on another grid: by Newton's method on
+    /// the fine grid alone.
     pub fn with_near_starts(&self) -> Plan {
         Plan { starts_near: true, ..self.with_starts() }
     }

@@ -93,7 +93,7 @@ pub struct Program {
     pub start: Option<usize>,
     /// Whether samples are searches.
     pub searches: bool,
-    /// Whether their starts were found on another grid.
+    /// Whether samples start from loads at the base that were found on another grid.
     pub starts_near: bool,
     /// First column of the force at the base, where a search tells it.
     pub base_force: Option<usize>,
