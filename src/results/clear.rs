@@ -3,8 +3,7 @@
 use super::directory::{RUN_FILE, SWEEP_FILE, TIPS_FILE, TOUCHED_FILE, WORKSPACE_FILE, WORST_FILE};
 use super::error::ResultsError;
 use super::manifest::MANIFEST_FILE;
-use super::parts::ROWS_FOLDER;
-use super::store::{Entry, Store, store_at};
+use super::store::{Entry, ROWS_FOLDER, Store, store_at};
 use crate::spec::{Format, RESOLVED_TABLE};
 use std::path::Path;
 

@@ -7,7 +7,7 @@
 use super::error::ResultsError;
 use super::layout::BRANCH_COLUMN;
 use super::reduce::failures;
-use super::store::{Entry, Store, store_at, store_of};
+use super::store::{Entry, ROWS_FOLDER, Store, file_name, store_at, store_of};
 use crate::model::Status;
 use crate::spec::{Format, Shard, SolutionMethod};
 use crate::table::parquet::Encoder;
@@ -85,9 +85,6 @@ pub(crate) struct FileMetadata {
     /// Whether the rows can be trusted, as far as it is known when the file is written.
     pub verdict: String,
 }
-
-/// Holds the parts of a run that asks for it, and nothing else that readers of tables take for rows.
-pub(crate) const ROWS_FOLDER: &str = "rows";
 
 /// Where the parts of a run lie, and how they are named.
 #[derive(Clone, Copy, Debug)]
@@ -432,7 +429,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
 /// Moves a damaged part out of the way. Sidecars stay: the part's name may be given again at any moment.
 pub(crate) fn quarantine(store: &dyn Store, name: &str) -> Result<PathBuf, ResultsError> {
     // Readers of a folder of rows would take it for one of them.
-    let kept = name.rsplit_once('/').map_or(name, |(_, name)| name);
+    let kept = file_name(name);
     for number in 0u32.. {
         let to = format!("{kept}.bad-{number}");
         if store.rename(name, &to)? {

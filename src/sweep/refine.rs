@@ -215,24 +215,23 @@ impl<'a> Refiners<'a> {
         if left.is_empty() {
             return Ok(());
         }
-        let (plan, own) = (samples.plan, solutions.clone());
+        let plan = samples.plan;
+        let base = |at: &usize| (solutions.vector(*at, Quantity::BaseMoment), solutions.base_force(*at));
+        let bases: Vec<_> = left.iter().map(base).collect();
         let batch = |group: &[usize]| {
-            let start = |(sample, at): (usize, &usize)| Start {
-                sample,
-                m0: own.vector(*at, Quantity::BaseMoment),
-                n0: own.base_force(*at),
-                known: &[],
-            };
-            let starts: Vec<Start> = group.iter().enumerate().map(start).collect();
+            let bases = &bases[left.partition_point(|at| *at < group[0])..];
+            let start = |(sample, (m0, n0)): (usize, &_)| Start { sample, m0: *m0, n0: *n0, known: &[] };
+            let starts: Vec<Start> = bases[..group.len()].iter().enumerate().map(start).collect();
             plan.start_batch(&samples.gathered(group), &starts)
         };
         self.attempts += left.len() as u64;
         let refined = &mut self.refined;
         stage.solve_as(samples, &left, batch, |again, from, to| {
-            let estimates = own.get(to, Quantity::ErrorEstimate) + again.get(from, Quantity::ErrorEstimate);
+            let estimates = solutions.get(to, Quantity::ErrorEstimate) + again.get(from, Quantity::ErrorEstimate);
             let is_found = again.status(from).is_success() && !samples.is_doubtful(again, from);
             let index = |of: &Solutions, at| of.get(at, Quantity::StabilityIndex);
-            let is_same = index(&own, to) == index(again, from) && apart(plan, (&own, to), (again, from)) <= estimates;
+            let is_close = apart(plan, (solutions, to), (again, from)) <= estimates;
+            let is_same = index(solutions, to) == index(again, from) && is_close;
             if is_found && is_same {
                 take_refined(solutions, to, again, from);
                 *refined += 1;

@@ -248,7 +248,7 @@ fn a_ring_of_dipoles_has_its_second_moment() {
             };
             [[1.0, 0.0, 0.0], [0.0, 0.6, 0.8], [0.48, 0.6, 0.64]].map(apart_in).into_iter().fold(0.0, f64::max)
         };
-        // What is left falls with the fourth power.
+        // The error of the dipoles falls with the fourth power of the distance.
         let (near, far) = (worst_at(4.0), worst_at(8.0));
         assert!(near < 4e-3 && far < 0.1 * near, "ring {k}: {near:.1e}, {far:.1e}");
     }

@@ -1,6 +1,6 @@
 //! A directory as a store: temporary file, fsync, link or rename, fsync of the folder.
 
-use super::{Entry, Store, random_name};
+use super::{Entry, ROWS_FOLDER, Store, file_name, random_name};
 use crate::files;
 use crate::results::error::ResultsError;
 use std::fs::{self, File};
@@ -69,11 +69,8 @@ impl Local {
     /// Files of writers that died: by their names ours, and untouched for long before the newest file.
     fn remove_stale_temporaries(&self) -> Result<(), ResultsError> {
         let mut entries = self.list("")?;
-        for folder in entries.iter().filter(|entry| !entry.is_file).map(|entry| entry.name.clone()).collect::<Vec<_>>()
-        {
-            let there = self.list(&folder).unwrap_or_default();
-            entries.extend(there.into_iter().map(|entry| Entry { name: format!("{folder}/{}", entry.name), ..entry }));
-        }
+        let rows = self.list(ROWS_FOLDER).unwrap_or_default();
+        entries.extend(rows.into_iter().map(|entry| Entry { name: format!("{ROWS_FOLDER}/{}", entry.name), ..entry }));
         let newest = entries.iter().map(|entry| entry.modified).max();
         for entry in entries.iter().filter(|entry| entry.is_file && is_temporary(file_name(&entry.name))) {
             let age = newest.and_then(|newest| newest.duration_since(entry.modified).ok());
@@ -194,11 +191,6 @@ impl Store for Local {
 fn entry(name: &str, metadata: &fs::Metadata) -> Entry {
     let modified = metadata.modified().unwrap_or(UNIX_EPOCH);
     Entry { name: name.into(), size: metadata.len(), modified, is_file: metadata.is_file() }
-}
-
-/// Name of a file without its folder.
-fn file_name(name: &str) -> &str {
-    name.rsplit_once('/').map_or(name, |(_, name)| name)
 }
 
 fn is_temporary(name: &str) -> bool {

@@ -107,6 +107,14 @@ pub trait Store: Send + Sync + fmt::Debug {
     fn path(&self, name: &str) -> PathBuf;
 }
 
+/// Holds the parts of a run that asks for it, and nothing else that readers of tables take for rows.
+pub(crate) const ROWS_FOLDER: &str = "rows";
+
+/// Name of a file without its folder.
+pub(crate) fn file_name(name: &str) -> &str {
+    name.rsplit_once('/').map_or(name, |(_, name)| name)
+}
+
 /// What a store tells of a file without reading it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {

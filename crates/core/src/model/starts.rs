@@ -40,8 +40,8 @@ impl Plan {
         plan
     }
 
-    /// The same rods in a field that varies, each solved from a load at its base that was found on another grid: by Newton's method on
-    /// the fine grid alone.
+    /// A plan for rods in a field that varies whose base loads are known from another grid. Each is solved from its own by Newton's method
+    /// on the fine grid alone.
     pub fn with_near_starts(&self) -> Plan {
         Plan { starts_near: true, ..self.with_starts() }
     }

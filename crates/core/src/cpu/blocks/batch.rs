@@ -105,7 +105,7 @@ impl Cpu {
                 Rung::FieldCurve | Rung::FieldFineCurve if self.precision == Precision::F32 => {
                     std::mem::swap(&mut left, &mut others)
                 }
-                // What the curve on the fine grid has left, a coarse grid does not solve.
+                // Guarded steps on the coarse grid hardly solve a rod that the curve on the fine grid has left: 4 of 270 guidewires.
                 Rung::FieldGuardedSteps
                     if self.precision == Precision::F64 && rungs.contains(&Rung::FieldFineCurve) =>
                 {
