@@ -42,7 +42,7 @@ const WIDENING: f64 = 2.0;
 /// Under a dead tip moment a step may change dr/dm0 by this share of itself: below 1 its determinant keeps its sign.
 pub(super) const DEPARTURE: f64 = 0.5;
 /// Load steps below this share of the load so far, or next to rest of [`LITTLE_LOAD`], mean that the path ends.
-pub(super) const SMALLEST_STEP: f64 = 1e-5;
+pub(super) const SMALLEST_STEP: f64 = 1e-7;
 /// A share of the full load.
 pub(super) const LITTLE_LOAD: f64 = 0.01;
 /// Passages over the rod before giving up.

@@ -1,23 +1,23 @@
 //! Rods in fields that vary, near folds and bifurcations: the CPU engine stays on the branch of the reference, and ends where
 //! it does.
 
+use crate::common::root;
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::cpu::Cpu;
 use rodsweep::model::{PlanOptions, Quantity, Status, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::spec::SweepSpec;
-use std::path::Path;
 
 /// Samples of the eight coils with tubes of another radius.
 fn compare(radius: &str, seed: u64, samples: &[u64], precision: Precision) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps");
-    let read = |name: &str| std::fs::read_to_string(root.join(name)).expect("a file");
+    let sweeps = root().join("sweeps");
+    let read = |name: &str| std::fs::read_to_string(sweeps.join(name)).expect("a file");
     let scene =
         read("scenes/coil_array.toml").replace("outer_radius = \"0.7 mm\"", &format!("outer_radius = {radius}"));
     assert!(scene.contains(radius), "the radius is replaced");
     let sweep = read("coil_array.toml").replace("scenes/coil_array.toml", "<scene>");
     let sweep = sweep.replace("seed = 8", &format!("seed = {seed}"));
-    let spec = SweepSpec::parse_with(&root.join("sweep.toml"), &sweep, &[("<scene>", &scene)]).expect("a sweep");
+    let spec = SweepSpec::parse_with(&sweeps.join("sweep.toml"), &sweep, &[("<scene>", &scene)]).expect("a sweep");
     // As the pilot of that sweep chooses.
     let options = PlanOptions { tolerance: 1e-6, stepper: Stepper::Dop853, steps: 3, ..PlanOptions::default() };
     let plan = spec.plan(options).expect("a plan");

@@ -1,5 +1,6 @@
 //! The identity of a run includes its method: shards and whoever resumes it do as it did, or are refused.
 
+use crate::common::root;
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::EngineRequest;
 use rodsweep::model::{DerivativeScale, Stepper};
@@ -14,7 +15,7 @@ const TEXT: &str = "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"uniform\"
                 [output]\nquantities = [\"tip_position\"]\n";
 
 fn spec() -> SweepSpec {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/method.toml");
+    let file = root().join("sweeps/method.toml");
     SweepSpec::parse(&file, TEXT).expect("a sweep")
 }
 
@@ -98,7 +99,7 @@ fn who_resumes_does_as_the_run_was_begun() {
 fn a_sweep_asks_for_its_precision() {
     let with = |word: &str| {
         let text = format!("{}[solver]\nprecision = \"{word}\"\n", TEXT);
-        SweepSpec::parse(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/method.toml"), &text)
+        SweepSpec::parse(&root().join("sweeps/method.toml"), &text)
     };
     let on_cpu = |spec: SweepSpec| {
         SweepJob::new(spec).engine(EngineRequest::of(BackendKind::Cpu)).part_size(Some(20)).spot_check(None)

@@ -1,5 +1,6 @@
 //! Rows go to a directory, to memory or to a function, and a directory opened again gives what the run had.
 
+use crate::common::root;
 use rodsweep::backend::BackendKind;
 use rodsweep::engines::EngineRequest;
 use rodsweep::figures::{RunFigures, RunFiguresError};
@@ -20,7 +21,7 @@ fn spec(format: &str) -> SweepSpec {
          [output]\nquantities = [\"tip_position\", \"stability\", \"error_estimate\"]\n\
          derivatives = [\"coil.current\"]\nformat = \"{format}\"\n[workspace]\nvoxel = \"4 mm\"\n"
     );
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/sinks.toml");
+    let file = root().join("sweeps/sinks.toml");
     SweepSpec::parse(&file, &text).expect("a sweep")
 }
 

@@ -6,7 +6,7 @@ mod page;
 mod places;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Folders of sources.
 const FOLDERS: [&str; 9] = [
@@ -21,8 +21,8 @@ const FOLDERS: [&str; 9] = [
     "python/src",
 ];
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a package within the repository")
 }
 
 /// Every Rust and WGSL file, from the root, sorted.

@@ -17,6 +17,7 @@ pub enum Rung {
     FieldCurve,
     FieldFineCurve,
     GuardedSteps,
+    GuardedWall,
     FieldGuardedSteps,
     FieldFineSteps,
     MultipleShooting,
@@ -29,8 +30,6 @@ pub struct Course {
     pub varying: bool,
     /// Samples start from a given base moment.
     pub searches: bool,
-    /// A load may have no energy: stability is lost elsewhere than where the load turns.
-    pub load_without_energy: bool,
     /// Every sample is solved by multiple shooting.
     pub by_nodes: bool,
     pub anchors: bool,
@@ -40,7 +39,7 @@ pub struct Course {
 
 impl Rung {
     /// Every rung, in the order in which samples meet them.
-    pub const ALL: [Rung; 13] = [
+    pub const ALL: [Rung; 14] = [
         Rung::Anchors,
         Rung::LoadSteps,
         Rung::FieldSteps,
@@ -51,6 +50,7 @@ impl Rung {
         Rung::FieldCurve,
         Rung::FieldFineCurve,
         Rung::GuardedSteps,
+        Rung::GuardedWall,
         Rung::FieldGuardedSteps,
         Rung::FieldFineSteps,
         Rung::MultipleShooting,
@@ -81,9 +81,12 @@ impl Rung {
                 ("curve in a field, with care", "all that are left, in f64, without a wall", "`fold`, `ramped`")
             }
             Rung::GuardedSteps => ("guarded load steps", "all that are left", "`ramped`"),
+            Rung::GuardedWall => {
+                ("a wall comes, with care", "solved rods that are left, in a uniform field", "any but `not-converged`")
+            }
             Rung::FieldGuardedSteps => (
                 "guarded load steps in a field",
-                "all that are left, in f32, beside a wall or under a load without energy",
+                "all that are left, in f32 or beside a wall",
                 "any but `not-converged`",
             ),
             Rung::FieldFineSteps => ("guarded load steps on the fine grid", "all that are left", "any"),
@@ -103,25 +106,21 @@ impl Course {
     pub fn rungs(&self) -> &'static [Rung] {
         use Rung::{
             Anchors, ComingWall, Curve, FieldCurve, FieldFineCurve, FieldFineSteps, FieldGuardedSteps, FieldSteps,
-            FreeTip, GuardedSteps, LimpShooting, LoadSteps, MultipleShooting,
+            FreeTip, GuardedSteps, GuardedWall, LimpShooting, LoadSteps, MultipleShooting,
         };
         match *self {
             Course { wall: Some(WallKind { sticks: true, .. }), .. } => {
-                &[ComingWall, FieldCurve, FieldGuardedSteps, FieldFineSteps]
+                &[ComingWall, FieldCurve, GuardedWall, FieldGuardedSteps, FieldFineSteps]
             }
-            Course { wall: Some(_), .. } => &[FreeTip, ComingWall, FieldCurve, FieldGuardedSteps, FieldFineSteps],
+            Course { wall: Some(_), .. } => {
+                &[FreeTip, ComingWall, FieldCurve, GuardedWall, FieldGuardedSteps, FieldFineSteps]
+            }
             Course { varying: true, searches: true, .. } => &[FieldGuardedSteps],
-            // Margins do not tell there where the index changes: it is counted at every step.
-            Course { varying: true, load_without_energy: true, .. } => &[FieldGuardedSteps, FieldFineSteps],
             Course { varying: true, .. } => {
                 &[FieldSteps, FieldCurve, FieldFineCurve, FieldGuardedSteps, FieldFineSteps]
             }
             Course { by_nodes: true, .. } => &[MultipleShooting],
-            Course { anchors: true, load_without_energy: true, .. } => {
-                &[Anchors, LoadSteps, LimpShooting, GuardedSteps, MultipleShooting]
-            }
             Course { anchors: true, .. } => &[Anchors, LoadSteps, LimpShooting, Curve, GuardedSteps, MultipleShooting],
-            Course { load_without_energy: true, .. } => &[LoadSteps, LimpShooting, GuardedSteps, MultipleShooting],
             _ => &[LoadSteps, LimpShooting, Curve, GuardedSteps, MultipleShooting],
         }
     }
@@ -136,7 +135,7 @@ pub fn is_left<S: Scalar>(rung: Rung, status: S) -> bool {
     let settled = match rung {
         Rung::LimpShooting => return !is(Status::Ramped),
         Rung::FieldCurve | Rung::FieldFineCurve => return !(is(Status::Ramped) || is(Status::Fold)),
-        Rung::FieldGuardedSteps => return is(Status::NotConverged),
+        Rung::GuardedWall | Rung::FieldGuardedSteps => return is(Status::NotConverged),
         Rung::Anchors | Rung::LoadSteps | Rung::Curve | Rung::FieldSteps | Rung::FreeTip | Rung::ComingWall => {
             Status::Pending
         }

@@ -42,7 +42,7 @@ pub const SMALLEST_SHARP_STEP: f64 = 1.0 / 131_072.0;
 /// A share of the full load.
 pub const LITTLE_LOAD: f64 = 1.0 / 64.0;
 /// With care and under a tip moment, where small margins ask for short steps.
-pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 131_072.0;
+pub const SMALLEST_UNSYMMETRIC_STEP: f64 = 1.0 / 1_048_576.0;
 /// A path on the coarse grid that comes nearer than this to a fold or a bifurcation (stability margin) is followed again
 /// with care: few steps may unfold the bifurcation the other way. So is one whose load step was tried beyond it.
 pub const SAFE_MARGIN: f64 = 0.1;

@@ -1,5 +1,6 @@
 //! A batch: its blocks side by side on all threads, then, packed together, those of its samples that another way is for.
 
+use super::alike::sort_alike;
 use super::kernels::Job;
 use super::scratch::{Lent, Scratch};
 use crate::backend::Precision;
@@ -34,11 +35,10 @@ impl Cpu {
     }
 
     fn course(&self) -> Course {
-        let Program { field, searches, load_without_energy, anchors, wall, .. } = &self.program;
+        let Program { field, searches, anchors, wall, .. } = &self.program;
         Course {
             varying: field.is_some(),
             searches: *searches,
-            load_without_energy: *load_without_energy,
             by_nodes: self.by_nodes,
             anchors: anchors.is_some(),
             wall: wall.as_ref().filter(|_| self.free.is_some()).map(|wall| wall.kind),
@@ -111,12 +111,13 @@ impl Cpu {
                 {
                     std::mem::swap(&mut left, &mut others)
                 }
-                Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve if self.free.is_some() => {
+                Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve | Rung::GuardedWall if self.free.is_some() => {
                     (left, others) = left.into_iter().partition(|at| solutions.status(*at).is_success());
                 }
                 Rung::MultipleShooting => left.retain(|sample| self.may_be_grown(batch, solutions, *sample)),
                 _ => {}
             }
+            sort_alike(&batch.inputs, &mut left);
             if *rung == Rung::ComingWall {
                 self.sort_by_way(solutions, &mut left);
             }
@@ -142,6 +143,7 @@ impl Cpu {
                     Rung::MultipleShooting => self.takes(solutions, **sample, |column| rows[column * BLOCK + at]),
                     // The free rod is where the next rung begins.
                     Rung::ComingWall => !unsolved.contains(*sample),
+                    Rung::FieldCurve if self.free.is_some() => !unsolved.contains(*sample),
                     _ => true,
                 };
                 let taken: Vec<(usize, &usize)> = samples.iter().enumerate().filter(|row| is_taken(row)).collect();
@@ -262,7 +264,8 @@ impl Cpu {
             }
         }
         free.clear();
-        if let (Some(_), Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve, Some(rows)) = (&self.free, rung, rows) {
+        let from_free = matches!(rung, Rung::FreeTip | Rung::ComingWall | Rung::FieldCurve | Rung::GuardedWall);
+        if let (Some(_), true, Some(rows)) = (&self.free, from_free, rows) {
             self.take_free_rods((batch, rows), samples, free);
         }
         let mut left = Vec::new();

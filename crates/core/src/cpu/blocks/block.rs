@@ -78,6 +78,7 @@ fn solve_job<L: Kernels>(token: L::Token, job: Job<'_, L::Scalar>) {
             Rung::FieldCurve if free.is_empty() => block.solve_in_varying(samples, Led::Curve { careful: false }, out),
             Rung::FieldCurve => block.solve_in_varying(samples, Led::FreeCurve, out),
             Rung::FieldFineCurve => block.solve_in_varying(samples, Led::Curve { careful: true }, out),
+            Rung::GuardedWall => block.solve_in_varying(samples, Led::FreeWithCare, out),
             Rung::FieldGuardedSteps => block.solve_in_varying(samples, Led::Ramp(&program.careful), out),
             Rung::FieldFineSteps => block.solve_in_varying(samples, Led::Ramp(&program.fine), out),
             _ => block.solve(samples, path, out),

@@ -89,7 +89,7 @@ impl<L: Kernels> Block<'_, L> {
         tools.pack(self.inputs, samples);
         match led {
             Led::Before => pack(ends, samples, L::COUNT, &mut tools.start),
-            Led::Free | Led::FreeCurve => pack(self.free, samples, L::COUNT, &mut tools.start),
+            Led::Free | Led::FreeCurve | Led::FreeWithCare => pack(self.free, samples, L::COUNT, &mut tools.start),
             Led::Curve { .. } | Led::Ramp(_) => {}
         }
         L::in_varying(InVarying { program: self.program, token: self.token, led, varying, tools, out });

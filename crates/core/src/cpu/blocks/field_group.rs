@@ -91,7 +91,7 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                     let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
                     return write_free_tip(&problem, &from, varying, &mut out);
                 }
-                Led::FreeCurve if L::Scalar::SHARP => {
+                Led::FreeCurve | Led::FreeWithCare => {
                     let from = Inputs { data: start, stride: L::COUNT, offset: 0 };
                     let base = (rod.base_force(program.terms), from.vector(token, 0));
                     with_matrix_at_full_load(&problem, base, from.column(token, FREE_PASSES_AT), varying)
@@ -101,7 +101,7 @@ impl<L: Kernels> WithSimd for InVarying<'_, L> {
                     follow_bordered(&problem, careful, &rest, varying)
                 }
                 // In single precision no curve is followed.
-                Led::FreeCurve | Led::Curve { .. } | Led::Ramp(_) => {
+                Led::Curve { .. } | Led::Ramp(_) => {
                     let grid = if let Led::Ramp(grid) = led { grid } else { &program.careful };
                     let rest = set_out(&problem, varying);
                     follow_varying(&problem, Some(grid), &rest, varying)

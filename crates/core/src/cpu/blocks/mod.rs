@@ -1,5 +1,6 @@
 //! Blocks of samples: a batch, its blocks, their registers, and the table of kernels.
 
+pub mod alike;
 pub mod batch;
 pub mod block;
 pub mod by_nodes;

@@ -3,14 +3,14 @@
 use super::curve::follow_curve;
 use super::equations::{Equations, Point, Seen, further};
 use super::path::{PathEnd, RestSlope};
-use crate::cpu::algebra::{Mat3, Vec3, adjugate, axpy, cross, dot, length, row_times, select_matrix};
+use crate::cpu::algebra::{Mat3, Vec3, adjugate, axpy, cross, dot, inverse, length, row_times, select_matrix};
 use crate::cpu::rod::base::{moment_columns, rotation_columns};
 use crate::cpu::rod::problem::shoot;
 use crate::cpu::rod::problem::{Problem, Record, Workspace};
 use crate::cpu::rod::shoot::tip_moment_columns;
-use crate::cpu::rod::stability::{squared_norm, stability_index};
+use crate::cpu::rod::stability::{departure, has_no_energy, squared_norm, stability_index};
 use crate::cpu::simd::lane::{Lane, Scalar};
-use crate::model::tolerances::{FIRST_BEND, ROUND_OFF};
+use crate::model::tolerances::{DEPARTURE, FIRST_BEND, ROUND_OFF};
 
 /// Base moment and load fraction, or their change.
 #[derive(Clone, Copy)]
@@ -55,7 +55,13 @@ impl<L: Lane> Point<L> for Loaded<L> {
 struct Uniform<'a, L: Lane> {
     problem: &'a Problem<'a, L>,
     workspace: &'a mut Workspace<L>,
+    /// Lanes whose loads have no energy: det(dr/dm0) tells where they diverge, and no index. S6
+    dead: L::Mask,
     index: L,
+    /// dr/dm0 at the last pass, and its inverse at the point kept last, where there is one.
+    w: Mat3<L>,
+    kept: Mat3<L>,
+    begun: L::Mask,
     /// How the load fraction follows a residual.
     load_by_residual: Vec3<L>,
 }
@@ -105,6 +111,11 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
         let q = (tip.m - rod.l_tip * lambda - r) * (one / further);
 
         let (adjugate, determinant) = adjugate(w);
+        let zero = one.constant(0.0);
+        if !fine {
+            self.index = L::select(self.dead, L::select(determinant.lt(zero), one, zero), self.index);
+            self.w = w;
+        }
         let (by_r, by_q) = (adjugate * r, adjugate * q);
         let whole = row.lambda * determinant - dot(row.m0, by_q);
         let per = one / whole;
@@ -131,11 +142,22 @@ impl<L: Lane> Equations<L> for Uniform<'_, L> {
 
     #[inline(always)]
     fn is_clear(&mut self) -> L::Mask {
-        !self.index.lt(self.index.constant(0.0))
+        let clear = !self.index.lt(self.index.constant(0.0));
+        if !self.problem.program.load_without_energy {
+            return clear;
+        }
+        // Two modes that diverge at once leave the determinant its sign. At a turn it loses it.
+        let departs = !departure(&self.kept, &self.w).lt(self.index.constant(DEPARTURE));
+        clear & !(self.dead & self.begun & self.index.lt(self.index.constant(0.5)) & departs)
     }
 
     #[inline(always)]
-    fn keep(&mut self, _: L::Mask) {}
+    fn keep(&mut self, lanes: L::Mask) {
+        if self.problem.program.load_without_energy {
+            self.kept = select_matrix::<L>(lanes, inverse(self.w), self.kept);
+            self.begun = self.begun | lanes;
+        }
+    }
 
     #[inline(always)]
     fn check(&mut self, at: Loaded<L>) -> (L, L) {
@@ -159,7 +181,9 @@ pub fn follow_uniform<L: Lane>(
     let zero = Mat3::zero(one);
     let nobody = one.lt(one);
     let load_by_residual = zero.x;
-    let mut uniform = Uniform { problem, workspace, index: one, load_by_residual };
+    let dead = if problem.program.load_without_energy { has_no_energy(problem.rod) } else { nobody };
+    let mut uniform =
+        Uniform { problem, workspace, dead, index: one, w: zero, kept: zero, begun: nobody, load_by_residual };
     let start = Loaded { m0: zero.x, lambda: zero.x.x };
     let slope = Loaded { m0: rest.m0, lambda: one };
     let pace = problem.program.pace;

@@ -56,8 +56,8 @@ pub fn solve_varying<L: VaryingPasses>(
         }
         settle(problem, Carried::Base, &mut end, workspace);
     }
-    // With a wall the index is that of both together, which no path has counted.
-    let counts = care || workspace.wall.is_some();
+    // With a wall the index is that of both together, which no path has counted; without energy a path goes on beyond an index of 0.
+    let counts = care || workspace.wall.is_some() || program.load_without_energy;
     let what = if counts { Carried::Parameters } else { Carried::Columns };
     let Settled { converged, mut has_moved, left } = settle(problem, what, &mut end, workspace);
     if workspace.wall.is_some() {

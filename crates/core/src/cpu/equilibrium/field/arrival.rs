@@ -16,6 +16,8 @@ pub enum Led<'a> {
     Curve { careful: bool },
     /// They are free rods, solved before; a wall comes along the curve of equilibria.
     FreeCurve,
+    /// They are free rods, solved before; a wall comes by guarded steps.
+    FreeWithCare,
     /// With care on this grid, from rest or, in a search, from a start.
     Ramp(&'a Resolution),
 }

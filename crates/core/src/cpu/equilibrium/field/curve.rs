@@ -3,7 +3,7 @@
 
 use super::arrival::VaryingPath;
 use super::base_load::{Load, margin, norm};
-use super::path::{leaps, narrowed};
+use super::path::{departure, leaps, narrowed};
 use super::rest::Rest;
 use crate::cpu::algebra::{Vec3, axpy, dot, length};
 use crate::cpu::equilibrium::curve::follow_curve;
@@ -13,8 +13,9 @@ use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
 use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
+use crate::cpu::rod::stability::has_no_energy;
 use crate::cpu::simd::lane::{Lane, Scalar};
-use crate::model::tolerances::{FIRST_BEND, NEAR_MARGIN, ROUND_OFF};
+use crate::model::tolerances::{DEPARTURE, FIRST_BEND, NEAR_MARGIN, ROUND_OFF};
 
 /// Load at the base and load fraction, or their change.
 #[derive(Clone, Copy)]
@@ -159,6 +160,8 @@ pub fn load_by<L: Lane>(residual: [L; 6], matrix: &[[L; 7]; 7], base: Load<L>) -
 struct Varying<'a, L: Lane> {
     problem: &'a Problem<'a, L>,
     workspace: &'a mut VaryingWorkspace<L>,
+    /// Lanes whose loads have no energy: the load turns where they diverge, and no index tells. S6
+    dead: L::Mask,
     /// Tip and leeway of the last pass, and at the point kept last.
     tip: Vec3<L>,
     kept_tip: Vec3<L>,
@@ -170,8 +173,9 @@ struct Varying<'a, L: Lane> {
     kept: (Mat6<L>, L),
     /// The curve is followed on the fine grid, and no step is taken over which the margin leaps.
     careful: bool,
-    /// Lanes whose load rises along the curve at the point of the last pass.
+    /// Lanes whose load rises along the curve at the point of the last pass, and lanes that have left rest.
     rises: L::Mask,
+    begun: L::Mask,
     /// Lanes whose margin has been small or has leapt: stability may have been lost and won again between.
     doubtful: L::Mask,
 }
@@ -295,7 +299,9 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
 
     #[inline(always)]
     fn index(&mut self) -> L {
-        index(&self.workspace.transfers, self.kept_leeway.constant(1.0)).index
+        let one = self.kept_leeway.constant(1.0);
+        let index = index(&self.workspace.transfers, one).index;
+        L::select(self.dead, L::select(self.rises, one.constant(0.0), one), index)
     }
 
     #[inline(always)]
@@ -305,7 +311,11 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
         let passes_by = !length(self.tip - self.kept_tip).lt(self.kept_leeway + leeway);
         let inverse = self.workspace.matrix.solve_soon(&Mat6::identity(zero.constant(1.0)));
         self.found = (inverse, margin(&inverse));
-        let clear = zero.lt(leeway) & zero.lt(self.workspace.inside) & !passes_by;
+        let mut clear = zero.lt(leeway) & zero.lt(self.workspace.inside) & !passes_by;
+        if self.problem.program.load_without_energy {
+            let departs = !departure(&self.kept.0, &self.workspace.matrix).lt(zero.constant(DEPARTURE));
+            clear = clear & !(self.dead & self.begun & self.rises & departs);
+        }
         // At a turn the margin is none.
         if self.careful { clear & !(self.rises & leaps(self.found.1, self.kept.1)) } else { clear }
     }
@@ -314,6 +324,7 @@ impl<L: VaryingPasses> Equations<L> for Varying<'_, L> {
     fn keep(&mut self, lanes: L::Mask) {
         self.kept_tip = Vec3::select(lanes, self.tip, self.kept_tip);
         self.kept_leeway = L::select(lanes, self.workspace.leeway, self.kept_leeway);
+        self.begun = self.begun | lanes;
         let (inverse, margin) = &self.found;
         let is_small = !margin.constant(NEAR_MARGIN).lt(*margin);
         if !self.careful {
@@ -354,9 +365,23 @@ pub fn follow_bordered<L: VaryingPasses>(
     let matrix = [[zero; 7]; 7];
     let (tip, kept_tip, kept_leeway) = (rest.tip, rest.tip, rest.leeway);
     let kept = (Mat6::identity(one), one);
-    let (found, doubtful, rises) = (kept, nobody, nobody);
-    let mut varying =
-        Varying { problem, workspace, tip, kept_tip, kept_leeway, matrix, found, kept, careful, rises, doubtful };
+    let (found, doubtful, rises, begun) = (kept, nobody, nobody, nobody);
+    let dead = if problem.program.load_without_energy { has_no_energy(problem.rod) } else { nobody };
+    let mut varying = Varying {
+        problem,
+        workspace,
+        dead,
+        tip,
+        kept_tip,
+        kept_leeway,
+        matrix,
+        found,
+        kept,
+        careful,
+        rises,
+        begun,
+        doubtful,
+    };
     let start = Loaded { base: none, lambda: zero };
     let slope = Loaded { base: rest.slope, lambda: one };
     let pace = problem.program.pace;
