@@ -142,8 +142,7 @@ impl Cpu {
                 let mut is_taken = |(at, sample): &(usize, &usize)| match rung {
                     Rung::MultipleShooting => self.takes(solutions, **sample, |column| rows[column * BLOCK + at]),
                     // The free rod is where the next rung begins.
-                    Rung::ComingWall => !unsolved.contains(*sample),
-                    Rung::FieldCurve if self.free.is_some() => !unsolved.contains(*sample),
+                    Rung::ComingWall | Rung::FieldCurve if self.free.is_some() => !unsolved.contains(*sample),
                     _ => true,
                 };
                 let taken: Vec<(usize, &usize)> = samples.iter().enumerate().filter(|row| is_taken(row)).collect();
