@@ -2,7 +2,7 @@
 //!
 //! A sample's steps depend on that sample alone: a lane that has finished is frozen while its neighbours go on.
 
-use super::equations::{CurveEnd, Equations, Point};
+use super::equations::{CurveEnd, Equations, Point, look};
 use super::turn::Turn;
 use crate::cpu::rod::stability::is_above;
 use crate::cpu::simd::lane::{Lane, Scalar};
@@ -51,7 +51,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         if !L::any(active) {
             break;
         }
-        let seen = equations.look(false, trial, row);
+        let seen = look(equations, false, trial, row);
         let closing = active & turn.seen;
         let walking = active & !turn.seen;
         if L::any(closing) {

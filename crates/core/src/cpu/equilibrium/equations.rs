@@ -1,6 +1,7 @@
 //! What a curve of equilibria is made of: points, passes near them, and where it ends. C1, C2
 
 use crate::cpu::simd::lane::{Lane, Scalar};
+use pulp::{Simd, WithSimd};
 
 /// Share of the load over which a residual is differenced: its truncation and its round-off are about the same.
 pub fn further<L: Lane>() -> f64 {
@@ -59,6 +60,34 @@ pub trait Equations<L: Lane> {
     }
     /// What a pass on twice the fine steps adds to the load fraction, and what round-off may.
     fn check(&mut self, at: Self::Point) -> (L, L);
+}
+
+/// A pass at a point near the curve of some equations; where it is looked at from, it is one function.
+#[inline(always)]
+pub fn look<L: Lane, E: Equations<L>>(
+    equations: &mut E,
+    fine: bool,
+    at: E::Point,
+    row: E::Point,
+) -> Seen<L, E::Point, E::Metric> {
+    L::apart(at.lambda().token(), Look { equations, fine, at, row })
+}
+
+/// The arguments of [`look`].
+struct Look<'a, L: Lane, E: Equations<L>> {
+    equations: &'a mut E,
+    fine: bool,
+    at: E::Point,
+    row: E::Point,
+}
+
+impl<L: Lane, E: Equations<L>> WithSimd for Look<'_, L, E> {
+    type Output = Seen<L, E::Point, E::Metric>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.equations.look(self.fine, self.at, self.row)
+    }
 }
 
 /// Where curves end.

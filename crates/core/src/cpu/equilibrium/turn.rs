@@ -1,7 +1,7 @@
 //! A turn of the load along the curve of equilibria, and a point where it crosses another: where they lie, and their loads on
 //! the fine grid. C5, C6
 
-use super::equations::{CurveEnd, Equations, Point, Seen};
+use super::equations::{CurveEnd, Equations, Point, Seen, look};
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
     CONTRACTION, CROSSING_SPAN, CURVE_NEAR, FOLD_EVIDENCE, SMALLEST_SHARP_ARC, TURN_CORRECTIONS, TURN_EVIDENCE,
@@ -123,7 +123,7 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
         let (mut rise, mut moved) = (one, one);
         let (mut change, mut last, mut along) = (self.change, one, one.constant(0.0));
         for _ in 0..TURN_CORRECTIONS {
-            let seen = equations.look(true, at, E::row(&metric, tangent));
+            let seen = look(equations, true, at, E::row(&metric, tangent));
             (tangent, metric) = (seen.tangent, seen.metric);
             let slope = tangent.lambda();
             change = self.measured(change, slope - last, along);
@@ -174,7 +174,7 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
             before = whole;
             let mut size = one;
             for _ in 0..TURN_CORRECTIONS {
-                let seen = equations.look(true, here, row);
+                let seen = look(equations, true, here, row);
                 here = here.plus(one, seen.delta);
                 (lambda, slope, whole, size) = (here.lambda(), seen.tangent.lambda(), seen.whole, seen.size);
                 end.passes = L::select(self.crossing, end.passes + one, end.passes);
@@ -222,7 +222,7 @@ impl<L: Lane, P: Point<L>> Turn<L, P> {
             let mut size = one;
             let mut slope = zero;
             for _ in 0..TURN_SIDE {
-                let seen = equations.look(true, at, row);
+                let seen = look(equations, true, at, row);
                 at = at.plus(one, seen.delta);
                 let larger = size * one.constant(CONTRACTION);
                 falls = falls & seen.size.lt(larger);

@@ -10,6 +10,7 @@ use crate::cpu::equilibrium::fold::leave_folds_empty;
 use crate::cpu::rod::problem::{Problem, Tip, Workspace};
 use crate::cpu::rod::program::Outputs;
 use crate::cpu::rod::stability::{has_no_energy, margin, squared_norm};
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
     COLUMN_NOISE, NODE_COLUMNS_ERROR, NODE_CONTRACTION, NODE_CORRECTIONS, NODE_ENOUGH, NODE_ERROR_SHARE, NODE_GOOD,
@@ -80,6 +81,27 @@ struct Compared<L> {
 /// that have one.
 #[inline(always)]
 fn answer<L: Lane>(
+    problem: &Problem<'_, L>,
+    nodes: &mut Nodes<L>,
+    wanted: L::Mask,
+    passes: L,
+    workspace: &mut Workspace<L>,
+    out: &mut Outputs<'_, L::Scalar>,
+) -> L::Mask {
+    let out = Outputs { data: &mut *out.data, ..*out };
+    L::apart(passes.token(), AnswerNodes { problem, nodes, wanted, passes, workspace, out })
+}
+
+apart!(
+    AnswerNodes<'a, L: Lane>(
+        problem: &'a Problem<'a, L>, nodes: &'a mut Nodes<L>, wanted: L::Mask, passes: L, workspace: &'a mut Workspace<L>,
+        out: Outputs<'a, L::Scalar>
+    ) -> L::Mask,
+    by_levels(problem, nodes, wanted, passes, workspace, &mut { out })
+);
+
+#[inline(always)]
+fn by_levels<L: Lane>(
     problem: &Problem<'_, L>,
     nodes: &mut Nodes<L>,
     wanted: L::Mask,

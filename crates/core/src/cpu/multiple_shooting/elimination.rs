@@ -3,6 +3,7 @@
 use super::interval::Transfer;
 use crate::cpu::algebra::{Mat3, Vec3, cross, dot, inverse, transpose};
 use crate::cpu::rod::stability::negative_count;
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::Lane;
 use std::ops::{Add, Mul, Sub};
 
@@ -39,6 +40,11 @@ impl<L: Lane> Elimination<L> {
     /// Eliminates the nodes of a rod whose tip asks for mu = `s_tip` w + g.
     #[inline(always)]
     pub fn factor(&mut self, transfers: &[Transfer<L>], s_tip: Mat3<L>) {
+        L::apart(s_tip.x.x.token(), Factor { elimination: self, transfers, s_tip })
+    }
+
+    #[inline(always)]
+    fn eliminate(&mut self, transfers: &[Transfer<L>], s_tip: Mat3<L>) {
         let one = s_tip.x.x.constant(1.0);
         let (mut s, mut index, mut w_inverse) = (s_tip, one.constant(0.0), Mat3::identity(one));
         self.s_tip = s_tip;
@@ -117,6 +123,11 @@ impl<L: Lane> Elimination<L> {
         changes[count] = (w, self.s_tip * w + g_tip);
     }
 }
+
+apart!(
+    Factor<'a, L: Lane>(elimination: &'a mut Elimination<L>, transfers: &'a [Transfer<L>], s_tip: Mat3<L>) -> (),
+    elimination.eliminate(transfers, s_tip)
+);
 
 #[inline(always)]
 fn determinant<L: Lane>(a: &Mat3<L>) -> L {

@@ -13,6 +13,7 @@ use crate::cpu::rod::program::{Program, Resolution};
 use crate::cpu::rod::segments::Rod;
 use crate::cpu::rod::source::Source;
 use crate::cpu::rod::stability::canonical;
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::Lane;
 use crate::model::Tableau;
 
@@ -94,6 +95,11 @@ impl<L: Lane> Nodes<L> {
     /// A pass over every interval: defects, transfers, tip and, if asked for, drives.
     #[inline(always)]
     pub fn pass(&mut self, problem: &Problem<'_, L>, lambda: L, what: Purpose, workspace: &mut Workspace<L>) {
+        L::apart(lambda.token(), PassNodes { nodes: self, problem, lambda, what, workspace })
+    }
+
+    #[inline(always)]
+    fn pass_intervals(&mut self, problem: &Problem<'_, L>, lambda: L, what: Purpose, workspace: &mut Workspace<L>) {
         let Problem { program, rod, .. } = *problem;
         let zero = lambda.constant(0.0);
         let one = lambda.constant(1.0);
@@ -196,6 +202,13 @@ impl<L: Lane> Nodes<L> {
         Some((segment, whole))
     }
 }
+
+apart!(
+    PassNodes<'a, L: Lane>(
+        nodes: &'a mut Nodes<L>, problem: &'a Problem<'a, L>, lambda: L, what: Purpose, workspace: &'a mut Workspace<L>
+    ) -> (),
+    nodes.pass_intervals(problem, lambda, what, workspace)
+);
 
 /// What a pass is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -44,6 +44,12 @@ pub trait Lane:
     /// Runs `op` as a function of its own, compiled for the token's instruction set.
     fn vectorize<Op: WithSimd>(token: Self::Token, op: Op) -> Op::Output;
 
+    /// The same of a function that no caller takes into itself; see [`apart`](super::apart).
+    #[inline(never)]
+    fn apart<Op: WithSimd>(token: Self::Token, op: Op) -> Op::Output {
+        Self::vectorize(token, op)
+    }
+
     /// The same number in every lane.
     #[inline(always)]
     fn constant(self, value: f64) -> Self {

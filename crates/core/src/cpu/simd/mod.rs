@@ -1,5 +1,6 @@
-//! One number for each of several samples: registers, operators, and numbers that count their operations.
+//! One number for each of several samples: registers, operators, functions apart, and numbers that count their operations.
 
+pub mod apart;
 pub mod counted;
 pub mod lane;
 pub mod operators;

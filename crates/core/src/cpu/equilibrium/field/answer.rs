@@ -19,6 +19,7 @@ use crate::cpu::rod::program::Outputs;
 use crate::cpu::rod::section::velocity;
 use crate::cpu::rod::segments::Segment;
 use crate::cpu::rod::stability::has_no_energy;
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
     DIFFERENCE, FIELD_COLUMN_NOISE, FINE_TRUST, LITTLE_TURN, NEWTON_LIMIT, REACH, ROUND_OFF, SAFE_MARGIN, SECOND_ORDER,
@@ -87,6 +88,23 @@ struct Settled<L: Lane> {
 /// Newton's method on the fine grid, by passes that carry `what`.
 #[inline(always)]
 fn settle<L: VaryingPasses>(
+    problem: &Problem<'_, L>,
+    what: Carried,
+    end: &mut VaryingPath<L>,
+    workspace: &mut VaryingWorkspace<L>,
+) -> Settled<L> {
+    L::apart(problem.token(), Settle { problem, what, end, workspace })
+}
+
+apart!(
+    Settle<'a, L: VaryingPasses>(
+        problem: &'a Problem<'a, L>, what: Carried, end: &'a mut VaryingPath<L>, workspace: &'a mut VaryingWorkspace<L>
+    ) -> Settled<L>,
+    newton_steps(problem, what, end, workspace)
+);
+
+#[inline(always)]
+fn newton_steps<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     what: Carried,
     end: &mut VaryingPath<L>,

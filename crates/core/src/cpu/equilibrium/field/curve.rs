@@ -14,6 +14,7 @@ use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
 use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::stability::has_no_energy;
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{DEPARTURE, FIRST_BEND, NEAR_MARGIN, ROUND_OFF};
 
@@ -182,7 +183,14 @@ struct Varying<'a, L: Lane> {
 
 /// Solves A x = b for both b, the largest pivot of each column chosen lane by lane; returns det A, too.
 #[inline(always)]
-fn solve_bordered<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
+fn solve_bordered<L: Lane>(a: [[L; 7]; 7], b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
+    L::apart(a[0][0].token(), SolveBordered { a: &a, b: &b })
+}
+
+apart!(SolveBordered<'a, L: Lane>(a: &'a [[L; 7]; 7], b: &'a [[L; 2]; 7]) -> ([[L; 2]; 7], L), eliminate(*a, *b));
+
+#[inline(always)]
+fn eliminate<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
     let one = a[0][0].constant(1.0);
     let mut determinant = one;
     for k in 0..7 {

@@ -1,6 +1,7 @@
 //! The field of a magnetised cylinder outside of the rod, exact. F12
 
 use crate::cpu::algebra::{Mat3, Vec3, dot, hat, outer};
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::Lane;
 use crate::model::Cylinder;
 
@@ -40,7 +41,7 @@ impl<L: Lane> Seen<L> {
         let axis = M * (r.x.constant(1.0) / moment.max(r.x.constant(f64::from(f32::MIN_POSITIVE))));
         let z = dot(axis, r);
         let q = r - axis * z;
-        Self { axis, moment, r, q, by: slopes(cylinder, dot(q, q), z, order) }
+        Self { axis, moment, r, q, by: L::apart(z.token(), SlopesAt { cylinder, s: dot(q, q), z, order }) }
     }
 
     #[inline(always)]
@@ -100,6 +101,8 @@ impl<L: Lane> Seen<L> {
         outer(value, self.axis, turn * hat(self.axis)) * per
     }
 }
+
+apart!(SlopesAt<'a, L: Lane>(cylinder: &'a Cylinder, s: L, z: L, order: usize) -> Slopes<L>, slopes(cylinder, s, z, order));
 
 /// Means over the circles of both ends; see `model/cylinder.rs`.
 #[inline(always)]
@@ -165,6 +168,16 @@ fn slopes<L: Lane>(cylinder: &Cylinder, s: L, z: L, order: usize) -> Slopes<L> {
 /// Distance of a straight piece from the surface of a cylinder about the origin, negative inside.
 #[inline(always)]
 pub fn distance<L: Lane>(cylinder: &Cylinder, M: Vec3<L>, from: Vec3<L>, along: Vec3<L>) -> L {
+    L::apart(M.x.token(), Distance { cylinder, M, from, along })
+}
+
+apart!(
+    Distance<'a, L: Lane>(cylinder: &'a Cylinder, M: Vec3<L>, from: Vec3<L>, along: Vec3<L>) -> L,
+    least_distance(cylinder, M, from, along)
+);
+
+#[inline(always)]
+fn least_distance<L: Lane>(cylinder: &Cylinder, M: Vec3<L>, from: Vec3<L>, along: Vec3<L>) -> L {
     /// Each takes a third of the interval that is left.
     const CUTS: usize = 10;
     let zero = from.x.constant(0.0);

@@ -8,6 +8,7 @@
 
 use super::matrix::Mat6;
 use crate::cpu::algebra::inverse;
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::{Lane, Scalar};
 
 /// What is known of a transfer.
@@ -92,6 +93,13 @@ pub struct Stability<L> {
 /// Stability by all pivots.
 #[inline(always)]
 pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
+    L::apart(one.token(), Index { transfers, one })
+}
+
+apart!(Index<'a, L: Lane>(transfers: &'a [Transfer<L>], one: L) -> Stability<L>, eliminate(transfers, one));
+
+#[inline(always)]
+fn eliminate<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
     let mut found = Stability { index: one.constant(0.0), determinant: one };
     let mut S = Mat6::zero(one);
     for (number, transfer) in transfers.iter().enumerate().rev() {

@@ -2,6 +2,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::cpu::algebra::{Mat3, Vec3};
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::{Lane, Scalar, WIDEST};
 use crate::model::{MapGrid, Units};
 use std::sync::Arc;
@@ -77,6 +78,11 @@ impl<L: Lane> Map<L> {
     /// The field of unit scale at a point; derivatives of the potential up to an order.
     #[inline(always)]
     pub fn local(&self, x: Vec3<L>, most: usize) -> MapLocal<L> {
+        L::apart(x.x.token(), LocalOfMap { map: self, x, most })
+    }
+
+    #[inline(always)]
+    fn sum_over_cells(&self, x: Vec3<L>, most: usize) -> MapLocal<L> {
         let ProgramMap { grid, origin, steps, unit } = &*self.program;
         let zero = x.x.constant(0.0);
         let token = zero.token();
@@ -196,6 +202,8 @@ impl<L: Lane> Map<L> {
         least
     }
 }
+
+apart!(LocalOfMap<'a, L: Lane>(map: &'a Map<L>, x: Vec3<L>, most: usize) -> MapLocal<L>, map.sum_over_cells(x, most));
 
 /// Minus the matrix of xx, xy, xz, yy, yz, zz.
 #[inline(always)]

@@ -3,6 +3,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::cpu::algebra::{Mat3, Vec3, cross, dot, inverse};
+use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::Lane;
 use std::ops::Range;
 
@@ -174,6 +175,11 @@ impl<L: Lane> Mat6<L> {
     /// A^-1 B by elimination with pivots, as [`Mat6::solve`], and det A.
     #[inline(always)]
     pub fn solve_whole(&self, b: &Self) -> (Self, L) {
+        L::apart(self.0[0][0].token(), SolveWhole { a: self, b })
+    }
+
+    #[inline(always)]
+    fn eliminate(&self, b: &Self) -> (Self, L) {
         let (mut a, mut b) = (self.0, b.0);
         let mut determinant = a[0][0].constant(1.0);
         for k in 0..6 {
@@ -214,3 +220,5 @@ impl<L: Lane> Mat6<L> {
         (Self(b), determinant)
     }
 }
+
+apart!(SolveWhole<'a, L: Lane>(a: &'a Mat6<L>, b: &'a Mat6<L>) -> (Mat6<L>, L), a.eliminate(b));
