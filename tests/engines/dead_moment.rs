@@ -157,7 +157,9 @@ fn the_third_judge_goes_around_the_circle() {
     for stiffness in STIFFNESS {
         for angle in [2.0, 4.5, 9.0] {
             let scene = scene(stiffness, [0.0, angle * stiffness[1] / LENGTH, 0.0], [0.0; 3], [0.0; 3]);
-            let Word::Arrives { position, rotation } = judge(&scene.rod()) else { panic!("{stiffness:?}, {angle}") };
+            let Word::Arrives { position, rotation, .. } = judge(&scene.rod()) else {
+                panic!("{stiffness:?}, {angle}")
+            };
             let (p, turned) = circle(angle);
             let away = (0..3).map(|k| (p[k] - position[k]).powi(2)).sum::<f64>().sqrt() / LENGTH;
             assert!(away < 2e-3 && rotation_angle(&turned, &rotation) < 2e-2, "{stiffness:?}, {angle}: {away:.1e}");

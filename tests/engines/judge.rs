@@ -3,8 +3,8 @@
 use crate::common::root;
 use rodsweep::input::read_scene;
 use rodsweep::model::{
-    Axis, Base, Flexible, Loads, Parameter, Profile, Scene, Segment, SegmentKind, SegmentParameter, Stiffness, Vector,
-    rotation_angle, rotation_matrix,
+    Axis, Base, Flexible, Loads, Parameter, Profile, Scene, Segment, SegmentKind, SegmentParameter, Stiffness,
+    TipOnWall, Vector, Wall, WallShape, rotation_angle, rotation_matrix,
 };
 use rodsweep_bench::judge::{Word, judge};
 
@@ -49,7 +49,7 @@ fn two_coils(a: Vector, b: Vector) -> Scene {
 
 fn arrival(scene: &Scene) -> (Vector, rodsweep::model::Matrix) {
     match judge(&scene.rod()) {
-        Word::Arrives { position, rotation } => (position, rotation),
+        Word::Arrives { position, rotation, .. } => (position, rotation),
         word => panic!("{word:?}"),
     }
 }
@@ -81,6 +81,31 @@ fn a_small_force_bends_a_cantilever() {
     let force = 1e-3 * EI / LENGTH.powi(2);
     let (position, _) = arrival(&rod(Loads { tip_force: Some([force, 0.0, 0.0]), ..Loads::default() }));
     assert_near(position, [force * LENGTH.powi(3) / (3.0 * EI), 0.0, LENGTH], 1e-7);
+}
+
+#[test]
+fn a_wall_pushes_a_cantilever_aside() {
+    let aside = 1e-3 * LENGTH;
+    let (rigid, soft) = (3.0 * EI / LENGTH.powi(3), 0.5 * EI / LENGTH.powi(3));
+    // Held aside, a rod that cannot stretch does not reach as far.
+    let held = TipOnWall::Sticks([aside, 0.0, LENGTH]);
+    let walls = [(None, TipOnWall::Slides), (Some(soft), TipOnWall::Slides), (Some(1e9 * soft), TipOnWall::Slides)];
+    for (stiffness, tip) in walls.into_iter().chain([(Some(soft), held)]) {
+        let mut scene = rod(Loads::default());
+        scene.wall = Some(Wall {
+            shape: WallShape::Plane { normal: [1.0, 0.0, 0.0] },
+            position: [aside, 0.0, 0.0],
+            rotation: [0.0; 3],
+            tip_radius: 0.0,
+            stiffness,
+            friction: None,
+            tip,
+        });
+        let Word::Arrives { position, force, .. } = judge(&scene.rod()) else { panic!("{stiffness:?}, {tip:?}") };
+        let expected = aside / (1.0 / rigid + stiffness.map_or(0.0, |stiffness| 1.0 / stiffness));
+        assert!((force[0] / expected - 1.0).abs() < 1e-4, "{stiffness:?}, {tip:?}: {force:?} for {expected}");
+        assert!((position[0] - expected / rigid).abs() < 1e-4 * aside, "{stiffness:?}, {tip:?}: {position:?}");
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A rod as elements between nodes. Only elements bend; rigid segments belong to the node that they follow.
 
 use super::field::Field;
+use super::wall::Wall;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use rodsweep::model::{FlexibleRod, Rod, RodSegment};
 
@@ -55,8 +56,10 @@ pub struct Chain {
     pub base: Vector3<f64>,
     pub turned: Quaternion<f64>,
     pub B: Vector3<f64>,
-    /// `None`: the field is uniform, and the loads of each node hold all that acts beyond it.
+    /// `None`: the field is uniform, and the loads of each node hold all that acts beyond it. Beside a wall that is not known.
     pub field: Option<Field>,
+    /// Once it comes, the loads are full and what grows is the share of its way.
+    pub wall: Option<Wall>,
     pub tip_moment: Option<Vector3<f64>>,
     /// 1 where forces act on the lever arm of rigid segments, else 0.
     pub arm: f64,
@@ -83,7 +86,11 @@ impl Chain {
         let field = rod.field.as_ref();
         // Stability of a rod under a dead moment, without the arm of forces, in a field that varies is a matter of convention.
         let is_odd = !rod.rigid_force_arm && rod.tip_moment != [0.0; 3];
-        if field.is_some_and(|field| !field.maps.is_empty() || is_odd) || total <= 0.0 {
+        let is_odd = is_odd || (rod.wall.is_some() && (!rod.rigid_force_arm || rod.tip_moment != [0.0; 3]));
+        if is_odd && (field.is_some() || rod.wall.is_some())
+            || field.is_some_and(|field| !field.maps.is_empty())
+            || total <= 0.0
+        {
             return None;
         }
         let R = Rotation3::from_matrix_unchecked(Matrix3::from_fn(|row, col| rod.base_rotation[row][col]));
@@ -93,7 +100,8 @@ impl Chain {
             base: rod.base_position.into(),
             turned: UnitQuaternion::from_rotation_matrix(&R).into_inner(),
             B: rod.flux_density.into(),
-            field: field.map(Field::new),
+            field: field.map(Field::new).or(rod.wall.map(|_| Field::none())),
+            wall: None,
             tip_moment: (rod.tip_moment != [0.0; 3]).then(|| rod.tip_moment.into()),
             arm: if rod.rigid_force_arm { 1.0 } else { 0.0 },
         };
@@ -133,6 +141,8 @@ impl Chain {
         if chain.field.is_none() {
             chain.sum_forces();
         }
+        let stiffest = chain.elements.iter().fold(0.0, |most: f64, element| most.max(element.K.x).max(element.K.y));
+        chain.wall = rod.wall.as_ref().map(|wall| Wall::new(wall, stiffest / length(rod).powi(3)));
         Some(chain)
     }
 

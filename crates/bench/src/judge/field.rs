@@ -20,6 +20,11 @@ pub struct Local {
 }
 
 impl Field {
+    /// Nothing beside the uniform field.
+    pub fn none() -> Field {
+        Field { gradient: Matrix3::zeros(), origin: Vector3::zeros(), dipoles: Vec::new() }
+    }
+
     pub fn new(field: &RodField) -> Field {
         let rows = gradient_matrix(field.gradient);
         Field {

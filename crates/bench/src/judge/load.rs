@@ -45,9 +45,10 @@ impl Potential {
     }
 }
 
-/// The loads of node i at p, R under a share of the full load.
+/// The loads of node i at p, R under a share of the full load; where a wall comes, under the full load after a share of its way.
 pub fn potential(chain: &Chain, i: usize, (p, R): (&Vector3<f64>, &Matrix3<f64>), share: f64, arms: Arms) -> Potential {
     let node: &Node = &chain.nodes[i];
+    let (share, on_the_way) = if chain.wall.is_some() { (1.0, share) } else { (share, 0.0) };
     let mut sum = Potential::default();
     let t = R.column(2).into_owned();
     sum.turns(&t, &node.c);
@@ -82,6 +83,22 @@ pub fn potential(chain: &Chain, i: usize, (p, R): (&Vector3<f64>, &Matrix3<f64>)
     if let Some(moment) = chain.tip_moment.filter(|_| i + 1 == chain.nodes.len()) {
         sum.w -= share * moment;
         sum.w_slope -= moment;
+    }
+    if let Some(wall) = &chain.wall {
+        (sum.p_slope, sum.w_slope) = (Vector3::zeros(), Vector3::zeros());
+        if i + 1 == chain.nodes.len() {
+            let (by_work, by_motion) = (arms.work * node.jump, arms.motion * node.jump);
+            let push = wall.push(&(p + node.jump * t), on_the_way);
+            sum.p -= push.F;
+            sum.p_slope -= push.slope;
+            sum.w_slope -= by_work * t.cross(&push.slope);
+            sum.turns(&t, &(by_work * push.F));
+            let by_t = hat(&t);
+            sum.pp -= push.D;
+            sum.pw += by_motion * push.D * by_t;
+            sum.wp -= by_work * by_t * push.D;
+            sum.ww += by_work * by_motion * by_t * push.D * by_t;
+        }
     }
     sum
 }

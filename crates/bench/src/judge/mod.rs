@@ -7,6 +7,9 @@
 //! branch but at a fold, where the load step shrinks to nothing. The judge is sure only where two resolutions agree: halved
 //! load steps on twice the elements. It decides between branches; it is no measure of accuracy.
 //!
+//! Under its full load the rod may meet a wall. That comes from where it lets the free tip be, and the minimum is followed on. The wall
+//! presses by a spring, which is taken back once it is in its place.
+//!
 //! ```
 //! use rodsweep::input::parse_scene;
 //! use rodsweep::shipped::TIP_COIL;
@@ -28,6 +31,7 @@ mod state;
 mod turn;
 mod uniform;
 mod varying;
+mod wall;
 
 use chain::Chain;
 use path::{Followed, follow};
@@ -38,6 +42,8 @@ use turn::{exp, log, matrix_of};
 pub const OTHER_PLACE: f64 = 2e-3;
 /// Tips turned further apart than this lie on different branches (rad).
 pub const OTHER_TURN: f64 = 2e-2;
+/// Forces of a wall further apart than this share of them are those of different branches.
+pub const OTHER_FORCE: f64 = 0.05;
 
 /// Elements of a rod and the trust (rad) of each resolution, from coarse to fine.
 const RESOLUTIONS: [(usize, f64); 5] = [(32, 0.02), (64, 0.01), (128, 0.01), (256, 0.01), (512, 0.005)];
@@ -45,6 +51,8 @@ const RESOLUTIONS: [(usize, f64); 5] = [(32, 0.02), (64, 0.01), (128, 0.01), (25
 /// the square of the elements' length: what is left after extrapolation is far less.
 const SAME_PLACE: f64 = 3e-3;
 const SAME_TURN: f64 = 2e-2;
+/// And forces of a wall, relative to them.
+const SAME_FORCE: f64 = 0.05;
 /// Two ends agree where they are so near, over the larger of the load and [`LEAST_LOAD`].
 const SAME_LOAD: f64 = 3e-3;
 const LEAST_LOAD: f64 = 0.05;
@@ -60,10 +68,12 @@ pub enum Word {
         position: Vector,
         /// Body to world, by rows.
         rotation: Matrix,
+        /// Of a wall on the tip (N); zero where there is none, or it does not touch.
+        force: Vector,
     },
     /// The path from rest ends at this share of the full load.
     Ends {
-        /// From 0 to 1
+        /// From 0 to 1; while a wall comes, 1 more than the share of its way.
         load: f64,
     },
     /// Resolutions differ, the rod comes too near to a magnet, or it has what the judge does not model: a field sampled on a
@@ -75,7 +85,7 @@ impl Word {
     /// Whether a tip lies on the branch on which the judge arrives; `None` where the judge does not say.
     pub fn agrees_with(&self, position: Vector, rotation: &Matrix, length: f64) -> Option<bool> {
         match self {
-            Word::Arrives { position: own, rotation: turned } => {
+            Word::Arrives { position: own, rotation: turned, .. } => {
                 let apart = (0..3).map(|k| (own[k] - position[k]).powi(2)).sum::<f64>().sqrt();
                 Some(apart <= OTHER_PLACE * length && rotation_angle(turned, rotation) <= OTHER_TURN)
             }
@@ -91,7 +101,7 @@ pub fn judge(rod: &Rod) -> Word {
     let mut last: Option<Followed> = None;
     for (elements, trust) in RESOLUTIONS {
         let Some(chain) = Chain::new(rod, elements) else { return Word::Unsure };
-        let found = follow(&chain, trust);
+        let found = follow(chain, trust);
         if let Some(word) = last.and_then(|last| agreed(&last, &found, length)) {
             return word;
         }
@@ -103,16 +113,21 @@ pub fn judge(rod: &Rod) -> Word {
 /// The limit to which two resolutions point, where they agree.
 fn agreed(coarse: &Followed, fine: &Followed, length: f64) -> Option<Word> {
     match (coarse, fine) {
-        (Followed::Arrives { p, q }, Followed::Arrives { p: fine_p, q: fine_q }) => {
+        (Followed::Arrives { p, q, force }, Followed::Arrives { p: fine_p, q: fine_q, force: fine_force }) => {
             let (dp, w) = (fine_p - p, log(&(fine_q * q.conjugate())));
-            let is_same = dp.norm() < SAME_PLACE * length && w.norm() < SAME_TURN;
+            let df = fine_force - force;
+            let is_same =
+                dp.norm() < SAME_PLACE * length && w.norm() < SAME_TURN && df.norm() <= SAME_FORCE * fine_force.norm();
             let (position, rotation) = (fine_p + dp / 3.0, matrix_of(&(exp(&(w / 3.0)) * fine_q)));
             let rows = std::array::from_fn(|row| std::array::from_fn(|col| rotation[(row, col)]));
-            is_same.then_some(Word::Arrives { position: position.into(), rotation: rows })
+            let force = (fine_force + df / 3.0).into();
+            is_same.then_some(Word::Arrives { position: position.into(), rotation: rows, force })
         }
-        (Followed::Ends(load), Followed::Ends(fine)) => {
+        (&Followed::Ends(load), &Followed::Ends(fine)) => {
             let limit = fine + (fine - load) / 3.0;
-            let is_same = (fine - load).abs() < SAME_LOAD * fine.max(LEAST_LOAD) && limit < NEARLY_FULL;
+            // Of a wall's way it says whether rod and wall may be together.
+            let most = if fine > 1.0 { 1.0 + NEARLY_FULL } else { NEARLY_FULL };
+            let is_same = (fine - load).abs() < SAME_LOAD * fine.max(LEAST_LOAD) && limit < most;
             is_same.then_some(Word::Ends { load: limit })
         }
         _ => None,

@@ -1,4 +1,4 @@
-//! The minimum of the energy, followed from rest to the full load.
+//! The minimum of the energy, followed from rest to the full load, and on while a wall comes.
 
 use super::chain::Chain;
 use super::hessian::look;
@@ -26,21 +26,70 @@ const SOFT: f64 = 0.3;
 const AIM: f64 = 0.25;
 /// Looks on one path at most.
 const MOST_LOOKS: usize = 20_000;
+/// A tip is on a rigid wall where it is off by less than this share of the length, after so many corrections at most.
+const OFF: f64 = 1e-9;
+const MOST_HARDENINGS: usize = 200;
 
 /// Where a path has led.
 pub enum Followed {
-    /// Tip under the full load.
-    Arrives { p: Vector3<f64>, q: Quaternion<f64> },
-    /// Share of the load at which the load steps became too small.
+    /// Tip under the full load, and the force of a wall on it.
+    Arrives { p: Vector3<f64>, q: Quaternion<f64>, force: Vector3<f64> },
+    /// Share of the load at which the load steps became too small; 1 more than the share of a wall's way.
     Ends(f64),
     /// Too many steps, or too near to a magnet.
     Lost,
 }
 
 /// Follows a chain from rest. `trust` bounds the first correction of a load step at every node (rad).
-pub fn follow(chain: &Chain, trust: f64) -> Followed {
-    let mut state = State::new(chain, chain.rest(), vec![Vector3::zeros(); chain.elements.len()]);
-    let Some(mut seen) = look(chain, &state, 0.0).filter(|seen| seen.softest > 0.0) else { return Followed::Lost };
+pub fn follow(mut chain: Chain, trust: f64) -> Followed {
+    let wall = chain.wall.take();
+    let rest = State::new(&chain, chain.rest(), vec![Vector3::zeros(); chain.elements.len()]);
+    let free = match lead(&chain, rest, trust) {
+        Ok(free) => free,
+        Err(end) => return end,
+    };
+    let tip_of_free = tip(&chain, &free);
+    chain.wall = wall.and_then(|wall| wall.met_by(&tip_of_free));
+    if chain.wall.is_none() {
+        return arrives(&chain, &free);
+    }
+    match lead(&chain, free, trust) {
+        Ok(touching) => harden(chain, touching, trust),
+        Err(Followed::Ends(share)) => Followed::Ends(1.0 + share),
+        Err(end) => end,
+    }
+}
+
+/// Takes back the spring before a wall that has come, in parts that the rod can follow.
+fn harden(mut chain: Chain, mut state: State, trust: f64) -> Followed {
+    let total: f64 = chain.elements.iter().map(|element| element.h).sum();
+    let mut part = 1.0;
+    for _ in 0..MOST_HARDENINGS {
+        let at = tip(&chain, &state);
+        let Some(wall) = chain.wall.take().filter(|wall| wall.presses(&at)) else { return Followed::Lost };
+        if wall.spring_length(&at) <= OFF * total {
+            chain.wall = Some(wall);
+            return arrives(&chain, &state);
+        }
+        chain.wall = Some(wall.harder(&at, part));
+        match correct(&chain, state.clone(), 1.0, trust, &mut 0) {
+            Some((settled, seen, _)) => {
+                // A step that has arrived is still longer than the tip may be off.
+                state = turned(&chain, &settled, &seen.step, 1.0);
+                part = (2.0 * part).min(1.0);
+            }
+            None => {
+                chain.wall = Some(wall);
+                part *= 0.3;
+            }
+        }
+    }
+    Followed::Lost
+}
+
+/// Follows a chain from one minimum while its load grows, or its wall comes, all the way; else where that ends.
+fn lead(chain: &Chain, mut state: State, trust: f64) -> Result<State, Followed> {
+    let Some(mut seen) = look(chain, &state, 0.0).filter(|seen| seen.softest > 0.0) else { return Err(Followed::Lost) };
     let (mut share, mut step, mut looks) = (0.0_f64, FIRST, 0);
     while share < 1.0 {
         let steepest = largest(chain, &seen.tangent);
@@ -48,10 +97,10 @@ pub fn follow(chain: &Chain, trust: f64) -> Followed {
             step = MOST_TURN / steepest;
         }
         if step < SMALLEST * share.max(LITTLE_LOAD) {
-            return Followed::Ends(share);
+            return Err(Followed::Ends(share));
         }
         if looks > MOST_LOOKS {
-            return Followed::Lost;
+            return Err(Followed::Lost);
         }
         let goal = if share + step > 1.0 - 1e-9 { 1.0 } else { share + step };
         let predicted = turned(chain, &state, &seen.tangent, goal - share);
@@ -63,10 +112,10 @@ pub fn follow(chain: &Chain, trust: f64) -> Followed {
             _ => step *= 0.4,
         }
         if !is_clear(chain, &state) {
-            return Followed::Lost;
+            return Err(Followed::Lost);
         }
     }
-    tip(chain, &state)
+    Ok(state)
 }
 
 /// Newton's method from a prediction; `None` where it was too far off, or what it leads to is no minimum, under a dead
@@ -120,7 +169,7 @@ fn is_clear(chain: &Chain, state: &State) -> bool {
 }
 
 /// The tip, with what shear and stretch add in a uniform field.
-fn tip(chain: &Chain, state: &State) -> Followed {
+fn tip(chain: &Chain, state: &State) -> Vector3<f64> {
     let last = chain.elements.len();
     let mut p = state.p[last] + chain.nodes[last].jump * state.R[last].column(2);
     let yielding = chain.elements.iter().enumerate().filter(|(_, element)| element.yields() && chain.field.is_none());
@@ -129,5 +178,11 @@ fn tip(chain: &Chain, state: &State) -> Followed {
             p += 0.5 * element.h * (R * element.compliance.component_mul(&(R.transpose() * element.n)));
         }
     }
-    Followed::Arrives { p, q: state.q[last] }
+    p
+}
+
+fn arrives(chain: &Chain, state: &State) -> Followed {
+    let p = tip(chain, state);
+    let force = chain.wall.as_ref().map_or(Vector3::zeros(), |wall| wall.push(&p, 1.0).F);
+    Followed::Arrives { p, q: state.q[chain.elements.len()], force }
 }

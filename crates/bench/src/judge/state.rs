@@ -47,6 +47,7 @@ pub fn bend(element: &Element, a: &Quaternion<f64>, b: &Quaternion<f64>, R: &Mat
 }
 
 /// Where nodes are, how they are turned, and what elements bear.
+#[derive(Clone)]
 pub struct State {
     pub q: Vec<Quaternion<f64>>,
     pub R: Vec<Matrix3<f64>>,

@@ -1,6 +1,6 @@
 //! One answer of an engine, whether from a batch or from the rows of a sweep, and how two of them differ.
 
-use crate::judge::{OTHER_PLACE, OTHER_TURN, Word, judge};
+use crate::judge::{OTHER_FORCE, OTHER_PLACE, OTHER_TURN, Word, judge};
 use rodsweep::model::{
     ContactColumn, Matrix, Quantity, Scene, Solutions, Status, Vector, rotation_angle, rotation_matrix,
 };
@@ -116,10 +116,10 @@ impl Answer {
     }
 
     /// How far the forces of a wall are apart, over the larger, where that is not tiny against what bends the rod; else 0.
-    fn force_apart(&self, other: &Answer) -> f64 {
+    fn force_apart(&self, force: Vector) -> f64 {
         let size = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let apart = size(std::array::from_fn(|k| self.force[k] - other.force[k]));
-        let scale = size(self.force).max(size(other.force)).max(self.least_force);
+        let apart = size(std::array::from_fn(|k| self.force[k] - force[k]));
+        let scale = size(self.force).max(size(force)).max(self.least_force);
         if scale > 0.0 { apart / scale } else { 0.0 }
     }
 
@@ -127,7 +127,7 @@ impl Answer {
     pub fn difference(&self, expected: &Answer, tolerance: f64, length: f64) -> Option<Difference> {
         match (self.status.is_success(), expected.status.is_success()) {
             (true, true) => {
-                let apart = self.apart(expected, length).max(self.force_apart(expected));
+                let apart = self.apart(expected, length).max(self.force_apart(expected.force));
                 let allowed = WRONG * tolerance.max(self.estimate);
                 (apart.is_nan() || apart > allowed).then_some(Difference::Apart(apart))
             }
@@ -151,6 +151,9 @@ impl Answer {
     fn is_right(&self, word: &Word, length: f64) -> Option<bool> {
         match (word, self.status) {
             (Word::Unsure, _) => None,
+            (Word::Arrives { force, .. }, status) if status.is_success() && self.force_apart(*force) > OTHER_FORCE => {
+                Some(false)
+            }
             (_, status) if status.is_success() => word.agrees_with(self.position, &self.rotation, length),
             (Word::Arrives { .. }, Status::Fold) => Some(false),
             (Word::Ends { .. }, _) => Some(true),
@@ -166,15 +169,16 @@ pub struct Verdict {
     pub blame: Blame,
 }
 
-/// Compares an engine's answer with the reference's. Where they differ, or `always`, the judge is asked.
-pub fn compare(found: &Answer, expected: &Answer, tolerance: f64, scene: &Scene, always: bool) -> Option<Verdict> {
+/// The word of the judge on two answers to a scene, where they differ, or `always`.
+pub fn ask(found: &Answer, expected: &Answer, tolerance: f64, scene: &Scene, always: bool) -> Option<Word> {
+    let difference = found.difference(expected, tolerance, scene.total_length());
+    (difference.is_some() || always).then(|| judge(&scene.rod()))
+}
+
+/// Compares an engine's answer with the reference's by the judge's word.
+pub fn compare(found: &Answer, expected: &Answer, tolerance: f64, scene: &Scene, word: Word) -> Option<Verdict> {
     let length = scene.total_length();
     let difference = found.difference(expected, tolerance, length);
-    if difference.is_none() && !always {
-        return None;
-    }
-    // The judge knows no walls.
-    let word = if scene.wall.is_some() { Word::Unsure } else { judge(&scene.rod()) };
     let mut right = [found, expected].map(|of| of.is_right(&word, length));
     if found.is_doubt && right[0] == Some(false) {
         right[0] = None;

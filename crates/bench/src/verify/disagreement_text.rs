@@ -67,6 +67,11 @@ impl Disagreements {
             let anchored: Vec<String> = self.verdicts.iter().map(|of| of.anchored.to_string()).collect();
             text += &format!(", boxes with anchors by engine: {}", anchored.join(", "));
         }
+        let judged: usize = self.verdicts.iter().map(|of| of.judged).sum();
+        let unsure: usize = self.verdicts.iter().map(|of| of.unsure).sum();
+        if judged > 0 {
+            text += &format!(", {judged} solved rods judged, of {unsure} the judge is not sure");
+        }
         if self.skipped > 0 {
             text += &format!(", {} of them with nothing to vary", self.skipped);
         }
@@ -95,6 +100,8 @@ impl Disagreements {
                 "precision": contender.precision.to_string(),
                 "anchors": contender.anchors,
                 "anchored": verdicts.anchored,
+                "judged": verdicts.judged,
+                "unsure": verdicts.unsure,
                 "both": verdicts.both,
                 "neither": verdicts.neither,
                 "only_here": verdicts.only_here(),

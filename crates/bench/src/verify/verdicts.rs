@@ -1,6 +1,6 @@
 //! Random scenes on every engine that is asked for, as `run` takes it, against the verdict of the reference.
 
-use super::answer::{Answer, Blame, Difference, Verdict, compare};
+use super::answer::{Answer, Blame, Difference, Verdict, ask, compare};
 use super::search::{Contender, SearchOptions};
 use crate::judge::Word;
 use rayon::prelude::*;
@@ -33,6 +33,9 @@ pub struct Verdicts {
     pub neither: usize,
     /// Boxes that started from anchors.
     pub anchored: usize,
+    /// Rods solved here that the judge was asked about, and those of them on which it is not sure.
+    pub judged: usize,
+    pub unsure: usize,
     /// By scene.
     pub mismatches: Vec<Mismatch>,
 }
@@ -75,8 +78,12 @@ impl Verdicts {
             (false, false) => self.neither += 1,
             _ => {}
         }
-        let Some(Verdict { difference, word, blame }) = compare(&found, expected, tolerance, place.scene, always)
-        else {
+        let Some(word) = ask(&found, expected, tolerance, place.scene, always) else { return true };
+        if found.status.is_success() {
+            self.judged += 1;
+            self.unsure += usize::from(word == Word::Unsure);
+        }
+        let Some(Verdict { difference, word, blame }) = compare(&found, expected, tolerance, place.scene, word) else {
             return true;
         };
         self.mismatches.push(Mismatch {
@@ -135,6 +142,8 @@ pub fn judge_scenes(
         for (sum, one) in verdicts.iter_mut().zip(each) {
             sum.both += one.both;
             sum.neither += one.neither;
+            sum.judged += one.judged;
+            sum.unsure += one.unsure;
             sum.mismatches.extend(one.mismatches);
         }
     }
@@ -143,8 +152,8 @@ pub fn judge_scenes(
         for number in numbers.clone() {
             let scene = options.kind.scene(options.seed, number);
             let plan = plan(&scene)?;
-            let expected = Answer::of_solution(&witness(&plan).solve(&plan.batch(1, |_, _| {}))?, 0);
-            let found = Answer::of_solution(&solve(&plan, contender)?, 0);
+            let expected = answer_of(&plan, &witness(&plan).solve(&plan.batch(1, |_, _| {}))?);
+            let found = answer_of(&plan, &solve(&plan, contender)?);
             verdicts.add(found, &expected, contender.tolerance(), false, Place { number, sample: None, scene: &scene });
         }
     }

@@ -36,6 +36,13 @@ impl<L: Lane> Wall<L> {
         self.touching = end.reached & behind;
         if self.kind.sticks { self.held_at - tip.p } else { Vec3 { x: zero, y: zero, z: -gap } }
     }
+
+    /// Leaves free rods that do not count as stable where they are: no wall comes to them, and they have not reached its place.
+    #[inline(always)]
+    pub fn leave_unstable(&mut self, stable: L::Mask, end: &mut VaryingPath<L>) {
+        end.reached = end.reached & (!self.touching | stable);
+        self.touching = self.touching & stable;
+    }
 }
 
 /// Decides which tips the wall touches, unless `all_behind` tells that it does all, and leads those to it. With care, on a grid for it, the
@@ -67,7 +74,7 @@ pub fn press<L: VaryingPasses>(
     let way = wall.meet(&workspace.tip, all_behind, end);
     if care {
         // A path without care has counted the index of the free rod.
-        wall.touching = wall.touching & index(&workspace.transfers, one).index.lt(one.constant(0.5));
+        wall.leave_unstable(index(&workspace.transfers, one).index.lt(one.constant(0.5)), end);
     }
     let comes = wall.touching;
     if !L::any(comes) {

@@ -162,7 +162,7 @@ pub fn follow_press<L: VaryingPasses>(
     let stable = index(&pressed.workspace.transfers, one).index.lt(one.constant(0.5));
     let tip = pressed.workspace.tip;
     pressed.way = pressed.wall.meet(&tip, false, end);
-    pressed.wall.touching = pressed.wall.touching & stable;
+    pressed.wall.leave_unstable(stable, end);
     let comes = pressed.wall.touching;
     if L::any(comes) {
         let row = Loaded { base: (Vec3::splat(zero), Vec3::splat(zero)), lambda: one };

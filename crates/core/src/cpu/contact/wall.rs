@@ -201,12 +201,16 @@ impl<L: Lane> Wall<L> {
     #[inline(always)]
     pub fn agrees(&self, rod: &Rod<L>, tip: &State<L>) -> L::Mask {
         let zero = self.radius.constant(0.0);
-        if self.kind.sticks {
-            return self.touching;
-        }
         let is_pressed = !zero.lt(self.pull(rod, tip));
-        let is_before = !self.near(tip.p).gap.lt(zero);
-        (self.touching & is_pressed) | (!self.touching & is_before)
+        (self.touching & is_pressed) | self.lets_be(tip, zero)
+    }
+
+    /// Whether it does not touch a tip, which is behind it by this little at most.
+    #[inline(always)]
+    pub fn lets_be(&self, tip: &State<L>, little: L) -> L::Mask {
+        let zero = little.constant(0.0);
+        let is_before = if self.kind.sticks { zero.lt(zero) } else { !(self.near(tip.p).gap + little).lt(zero) };
+        !self.touching & is_before
     }
 
     /// By how much a sliding tip is pulled: none of a held one. W2

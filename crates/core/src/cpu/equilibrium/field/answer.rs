@@ -217,7 +217,11 @@ fn write<L: VaryingPasses>(
     let solved = if program.searches { Status::Ok } else { Status::Ramped };
     let mut status = L::select(stable, code(one, solved), code(one, Status::Unstable));
     let unsolved = L::select(length(tip.p).is_finite(), code(one, Status::NotConverged), code(one, Status::NonFinite));
-    let converged = converged & within_reach;
+    let mut converged = converged & within_reach;
+    if let Some(wall) = wall.filter(|_| care) {
+        // A tip that just touches is behind its wall by what the row may be off.
+        converged = converged & (wall.touching | wall.lets_be(&check.tip, error * rod.length()));
+    }
     status = L::select(converged, status, unsolved);
     status = L::select(is_inside, status, code(one, Status::OutsideMap));
     status = L::select(is_far, status, code(one, Status::TooNearMagnet));
