@@ -231,6 +231,10 @@ fn functions(text: &str) -> Vec<Function> {
         let words = line.strip_prefix("pub ").or(line.strip_prefix("pub(crate) ")).unwrap_or(line);
         if let Some(rest) = words.strip_prefix("fn ") {
             let name = rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
+            // The body of a function that is compiled apart.
+            if name.strip_suffix("_apart").is_some_and(|of| found.last().is_some_and(|(last, _)| last == of)) {
+                continue;
+            }
             // Functions of a tableau are emitted for each.
             found.push((name.strip_suffix("_r").unwrap_or(name).into(), Vec::new()));
         }

@@ -74,6 +74,21 @@ pub fn length(rod: &Rod) -> f64 {
     rod.segments.iter().map(of).sum()
 }
 
+/// Whether all that acts on a rod is modelled here.
+fn is_known(rod: &Rod) -> bool {
+    let has_moment = rod.tip_moment != [0.0; 3];
+    // Stability of a rod under a dead moment, without the arm of forces, in a field that varies is a matter of convention.
+    let is_odd = has_moment && !rod.rigid_force_arm && rod.field.is_some();
+    let is_odd_at_wall = rod.wall.is_some() && (has_moment || !rod.rigid_force_arm);
+    let is_field_known = rod
+        .field
+        .as_ref()
+        .is_none_or(|field| field.maps.is_empty() && field.dipoles.iter().all(|dipole| dipole.cylinder.is_none()));
+    let has_no_energy =
+        |segment: &RodSegment| matches!(segment, RodSegment::Rigid(of) if of.follows || of.couple != [0.0; 3]);
+    !is_odd && !is_odd_at_wall && is_field_known && !rod.segments.iter().any(has_no_energy)
+}
+
 impl Chain {
     /// A rod in about so many elements; `None` for what the judge does not model.
     pub fn new(rod: &Rod, elements: usize) -> Option<Chain> {
@@ -84,13 +99,7 @@ impl Chain {
         let all: Vec<FlexibleRod> = rod.segments.iter().filter_map(flexible).collect();
         let total: f64 = all.iter().map(|of| of.length).sum();
         let field = rod.field.as_ref();
-        // Stability of a rod under a dead moment, without the arm of forces, in a field that varies is a matter of convention.
-        let is_odd = !rod.rigid_force_arm && rod.tip_moment != [0.0; 3];
-        let is_odd = is_odd || (rod.wall.is_some() && (!rod.rigid_force_arm || rod.tip_moment != [0.0; 3]));
-        if is_odd && (field.is_some() || rod.wall.is_some())
-            || field.is_some_and(|field| !field.maps.is_empty())
-            || total <= 0.0
-        {
+        if !is_known(rod) || total <= 0.0 {
             return None;
         }
         let R = Rotation3::from_matrix_unchecked(Matrix3::from_fn(|row, col| rod.base_rotation[row][col]));

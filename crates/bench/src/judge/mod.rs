@@ -77,7 +77,8 @@ pub enum Word {
         load: f64,
     },
     /// Resolutions differ, the rod comes too near to a magnet, or it has what the judge does not model: a field sampled on a
-    /// grid, or, in a field that varies, a tip moment without the arm of forces.
+    /// grid, an exact magnet, a couple or a load that turns with the rod, or, in a field that varies or at a wall, a tip moment without
+    /// the arm of forces.
     Unsure,
 }
 

@@ -97,11 +97,11 @@ apart!(
         problem: &'a Problem<'a, L>, nodes: &'a mut Nodes<L>, wanted: L::Mask, passes: L, workspace: &'a mut Workspace<L>,
         out: Outputs<'a, L::Scalar>
     ) -> L::Mask,
-    by_levels(problem, nodes, wanted, passes, workspace, &mut { out })
+    answer_apart(problem, nodes, wanted, passes, workspace, &mut { out })
 );
 
 #[inline(always)]
-fn by_levels<L: Lane>(
+fn answer_apart<L: Lane>(
     problem: &Problem<'_, L>,
     nodes: &mut Nodes<L>,
     wanted: L::Mask,

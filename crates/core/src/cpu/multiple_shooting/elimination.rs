@@ -44,7 +44,7 @@ impl<L: Lane> Elimination<L> {
     }
 
     #[inline(always)]
-    fn eliminate(&mut self, transfers: &[Transfer<L>], s_tip: Mat3<L>) {
+    fn factor_apart(&mut self, transfers: &[Transfer<L>], s_tip: Mat3<L>) {
         let one = s_tip.x.x.constant(1.0);
         let (mut s, mut index, mut w_inverse) = (s_tip, one.constant(0.0), Mat3::identity(one));
         self.s_tip = s_tip;
@@ -126,7 +126,7 @@ impl<L: Lane> Elimination<L> {
 
 apart!(
     Factor<'a, L: Lane>(elimination: &'a mut Elimination<L>, transfers: &'a [Transfer<L>], s_tip: Mat3<L>) -> (),
-    elimination.eliminate(transfers, s_tip)
+    elimination.factor_apart(transfers, s_tip)
 );
 
 #[inline(always)]

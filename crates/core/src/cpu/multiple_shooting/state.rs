@@ -99,7 +99,7 @@ impl<L: Lane> Nodes<L> {
     }
 
     #[inline(always)]
-    fn pass_intervals(&mut self, problem: &Problem<'_, L>, lambda: L, what: Purpose, workspace: &mut Workspace<L>) {
+    fn pass_apart(&mut self, problem: &Problem<'_, L>, lambda: L, what: Purpose, workspace: &mut Workspace<L>) {
         let Problem { program, rod, .. } = *problem;
         let zero = lambda.constant(0.0);
         let one = lambda.constant(1.0);
@@ -207,7 +207,7 @@ apart!(
     PassNodes<'a, L: Lane>(
         nodes: &'a mut Nodes<L>, problem: &'a Problem<'a, L>, lambda: L, what: Purpose, workspace: &'a mut Workspace<L>
     ) -> (),
-    nodes.pass_intervals(problem, lambda, what, workspace)
+    nodes.pass_apart(problem, lambda, what, workspace)
 );
 
 /// What a pass is for.

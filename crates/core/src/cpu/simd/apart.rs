@@ -1,6 +1,7 @@
 //! Functions that kernels call often and that cost more than their call: compiled once for a register type, not into each of their callers.
 
-/// Declares the arguments of such a function and what it does with them; [`Lane::apart`](super::lane::Lane::apart) runs it.
+/// Declares the arguments of such a function and what it does with them; [`Lane::apart`](super::lane::Lane::apart) runs it. The function
+/// that others call has a name, `f`, and its body is `f_apart`, which stands behind it.
 macro_rules! apart {
     ($(#[$doc:meta])* $name:ident<$life:lifetime, $lane:ident: $bound:path>($($field:ident: $argument:ty),*) -> $result:ty, $body:expr) => {
         $(#[$doc])*

@@ -100,11 +100,11 @@ apart!(
     Settle<'a, L: VaryingPasses>(
         problem: &'a Problem<'a, L>, what: Carried, end: &'a mut VaryingPath<L>, workspace: &'a mut VaryingWorkspace<L>
     ) -> Settled<L>,
-    newton_steps(problem, what, end, workspace)
+    settle_apart(problem, what, end, workspace)
 );
 
 #[inline(always)]
-fn newton_steps<L: VaryingPasses>(
+fn settle_apart<L: VaryingPasses>(
     problem: &Problem<'_, L>,
     what: Carried,
     end: &mut VaryingPath<L>,

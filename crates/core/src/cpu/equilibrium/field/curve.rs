@@ -187,10 +187,10 @@ fn solve_bordered<L: Lane>(a: [[L; 7]; 7], b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
     L::apart(a[0][0].token(), SolveBordered { a: &a, b: &b })
 }
 
-apart!(SolveBordered<'a, L: Lane>(a: &'a [[L; 7]; 7], b: &'a [[L; 2]; 7]) -> ([[L; 2]; 7], L), eliminate(*a, *b));
+apart!(SolveBordered<'a, L: Lane>(a: &'a [[L; 7]; 7], b: &'a [[L; 2]; 7]) -> ([[L; 2]; 7], L), solve_bordered_apart(*a, *b));
 
 #[inline(always)]
-fn eliminate<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
+fn solve_bordered_apart<L: Lane>(mut a: [[L; 7]; 7], mut b: [[L; 2]; 7]) -> ([[L; 2]; 7], L) {
     let one = a[0][0].constant(1.0);
     let mut determinant = one;
     for k in 0..7 {

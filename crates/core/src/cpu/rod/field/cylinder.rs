@@ -173,11 +173,11 @@ pub fn distance<L: Lane>(cylinder: &Cylinder, M: Vec3<L>, from: Vec3<L>, along: 
 
 apart!(
     Distance<'a, L: Lane>(cylinder: &'a Cylinder, M: Vec3<L>, from: Vec3<L>, along: Vec3<L>) -> L,
-    least_distance(cylinder, M, from, along)
+    distance_apart(cylinder, M, from, along)
 );
 
 #[inline(always)]
-fn least_distance<L: Lane>(cylinder: &Cylinder, M: Vec3<L>, from: Vec3<L>, along: Vec3<L>) -> L {
+fn distance_apart<L: Lane>(cylinder: &Cylinder, M: Vec3<L>, from: Vec3<L>, along: Vec3<L>) -> L {
     /// Each takes a third of the interval that is left.
     const CUTS: usize = 10;
     let zero = from.x.constant(0.0);

@@ -96,10 +96,10 @@ pub fn index<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
     L::apart(one.token(), Index { transfers, one })
 }
 
-apart!(Index<'a, L: Lane>(transfers: &'a [Transfer<L>], one: L) -> Stability<L>, eliminate(transfers, one));
+apart!(Index<'a, L: Lane>(transfers: &'a [Transfer<L>], one: L) -> Stability<L>, index_apart(transfers, one));
 
 #[inline(always)]
-fn eliminate<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
+fn index_apart<L: Lane>(transfers: &[Transfer<L>], one: L) -> Stability<L> {
     let mut found = Stability { index: one.constant(0.0), determinant: one };
     let mut S = Mat6::zero(one);
     for (number, transfer) in transfers.iter().enumerate().rev() {

@@ -82,7 +82,7 @@ impl<L: Lane> Map<L> {
     }
 
     #[inline(always)]
-    fn sum_over_cells(&self, x: Vec3<L>, most: usize) -> MapLocal<L> {
+    fn local_apart(&self, x: Vec3<L>, most: usize) -> MapLocal<L> {
         let ProgramMap { grid, origin, steps, unit } = &*self.program;
         let zero = x.x.constant(0.0);
         let token = zero.token();
@@ -203,7 +203,7 @@ impl<L: Lane> Map<L> {
     }
 }
 
-apart!(LocalOfMap<'a, L: Lane>(map: &'a Map<L>, x: Vec3<L>, most: usize) -> MapLocal<L>, map.sum_over_cells(x, most));
+apart!(LocalOfMap<'a, L: Lane>(map: &'a Map<L>, x: Vec3<L>, most: usize) -> MapLocal<L>, map.local_apart(x, most));
 
 /// Minus the matrix of xx, xy, xz, yy, yz, zz.
 #[inline(always)]

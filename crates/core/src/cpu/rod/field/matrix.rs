@@ -179,7 +179,7 @@ impl<L: Lane> Mat6<L> {
     }
 
     #[inline(always)]
-    fn eliminate(&self, b: &Self) -> (Self, L) {
+    fn solve_whole_apart(&self, b: &Self) -> (Self, L) {
         let (mut a, mut b) = (self.0, b.0);
         let mut determinant = a[0][0].constant(1.0);
         for k in 0..6 {
@@ -221,4 +221,4 @@ impl<L: Lane> Mat6<L> {
     }
 }
 
-apart!(SolveWhole<'a, L: Lane>(a: &'a Mat6<L>, b: &'a Mat6<L>) -> (Mat6<L>, L), a.eliminate(b));
+apart!(SolveWhole<'a, L: Lane>(a: &'a Mat6<L>, b: &'a Mat6<L>) -> (Mat6<L>, L), a.solve_whole_apart(b));
