@@ -26,6 +26,8 @@ const SOFT: f64 = 0.3;
 const AIM: f64 = 0.25;
 /// Looks on one path at most.
 const MOST_LOOKS: usize = 20_000;
+/// And while a wall comes.
+const MOST_LOOKS_OF_WALL: usize = 4_000;
 /// A tip is on a rigid wall where it is off by less than this share of the length, after so many corrections at most.
 const OFF: f64 = 1e-9;
 const MOST_HARDENINGS: usize = 200;
@@ -99,7 +101,7 @@ fn lead(chain: &Chain, mut state: State, trust: f64) -> Result<State, Followed> 
         if step < SMALLEST * share.max(LITTLE_LOAD) {
             return Err(Followed::Ends(share));
         }
-        if looks > MOST_LOOKS {
+        if looks > if chain.wall.is_some() { MOST_LOOKS_OF_WALL } else { MOST_LOOKS } {
             return Err(Followed::Lost);
         }
         let goal = if share + step > 1.0 - 1e-9 { 1.0 } else { share + step };
