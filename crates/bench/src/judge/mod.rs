@@ -51,7 +51,7 @@ const RESOLUTIONS: [(usize, f64); 5] = [(32, 0.02), (64, 0.01), (128, 0.01), (25
 /// the square of the elements' length: what is left after extrapolation is far less.
 const SAME_PLACE: f64 = 3e-3;
 const SAME_TURN: f64 = 2e-2;
-/// And forces of a wall, relative to them.
+/// Two resolutions agree where their contact forces differ by less than this share.
 const SAME_FORCE: f64 = 0.05;
 /// Two ends agree where they are so near, over the larger of the load and [`LEAST_LOAD`].
 const SAME_LOAD: f64 = 3e-3;
@@ -68,7 +68,7 @@ pub enum Word {
         position: Vector,
         /// Body to world, by rows.
         rotation: Matrix,
-        /// Of a wall on the tip (N); zero where there is none, or it does not touch.
+        /// Contact force of the wall on the tip (N); zero without contact.
         force: Vector,
     },
     /// The path from rest ends at this share of the full load.
@@ -126,7 +126,7 @@ fn agreed(coarse: &Followed, fine: &Followed, length: f64) -> Option<Word> {
         }
         (&Followed::Ends(load), &Followed::Ends(fine)) => {
             let limit = fine + (fine - load) / 3.0;
-            // Of a wall's way it says whether rod and wall may be together.
+            // An end while the wall comes lies between 1 and 2.
             let most = if fine > 1.0 { 1.0 + NEARLY_FULL } else { NEARLY_FULL };
             let is_same = (fine - load).abs() < SAME_LOAD * fine.max(LEAST_LOAD) && limit < most;
             is_same.then_some(Word::Ends { load: limit })

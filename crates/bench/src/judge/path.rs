@@ -26,7 +26,7 @@ const SOFT: f64 = 0.3;
 const AIM: f64 = 0.25;
 /// Looks on one path at most.
 const MOST_LOOKS: usize = 20_000;
-/// And while a wall comes.
+/// Looks at most while a wall comes.
 const MOST_LOOKS_OF_WALL: usize = 4_000;
 /// A tip is on a rigid wall where it is off by less than this share of the length, after so many corrections at most.
 const OFF: f64 = 1e-9;

@@ -28,7 +28,7 @@ pub struct Wall {
     force: Vector3<f64>,
 }
 
-/// What it does to the tip: a force, how that follows the tip's place, and the share of the way.
+/// Contact force F on the tip, its derivative D by the tip's position, and its slope by the share of the wall's way.
 pub struct Push {
     pub F: Vector3<f64>,
     pub D: Matrix3<f64>,
@@ -91,7 +91,7 @@ impl Wall {
         }
     }
 
-    /// What spring and tissue, one behind the other, bear after a share of the way.
+    /// Force in spring and tissue, which are in series, after a share of the way.
     fn borne(&self, tip: &Vector3<f64>, share: f64) -> Vector3<f64> {
         (self.force - self.spring * self.off(tip, share)) / (1.0 + self.spring * self.compliance)
     }
@@ -111,7 +111,7 @@ impl Wall {
         (self.borne(tip, 1.0) - self.force).norm() / self.spring
     }
 
-    /// The same with a part of that taken back.
+    /// The wall with this part of the spring's length taken back.
     pub fn harder(&self, tip: &Vector3<f64>, part: f64) -> Wall {
         Wall { force: self.force + part * (self.borne(tip, 1.0) - self.force), ..self.clone() }
     }

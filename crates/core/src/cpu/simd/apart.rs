@@ -3,8 +3,7 @@
 /// Declares the arguments of such a function and what it does with them; [`Lane::apart`](super::lane::Lane::apart) runs it. The function
 /// that others call has a name, `f`, and its body is `f_apart`, which stands behind it.
 macro_rules! apart {
-    ($(#[$doc:meta])* $name:ident<$life:lifetime, $lane:ident: $bound:path>($($field:ident: $argument:ty),*) -> $result:ty, $body:expr) => {
-        $(#[$doc])*
+    ($name:ident<$life:lifetime, $lane:ident: $bound:path>($($field:ident: $argument:ty),*) -> $result:ty, $body:expr) => {
         struct $name<$life, $lane: $bound> {
             $($field: $argument),*
         }

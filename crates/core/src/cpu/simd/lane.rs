@@ -44,7 +44,7 @@ pub trait Lane:
     /// Runs `op` as a function of its own, compiled for the token's instruction set.
     fn vectorize<Op: WithSimd>(token: Self::Token, op: Op) -> Op::Output;
 
-    /// The same of a function that no caller takes into itself; see [`apart`](super::apart).
+    /// Runs `op` as a function that the compiler never inlines into its callers; see [`apart`](super::apart).
     #[inline(never)]
     fn apart<Op: WithSimd>(token: Self::Token, op: Op) -> Op::Output {
         Self::vectorize(token, op)
