@@ -14,7 +14,7 @@ use crate::reference::ramp::{
     ALIKE, ARRIVED, ARRIVED_TURN, CONTRACTION, CORRECTION, CORRECTION_TURN, FIRST_TURN, LITTLE_LOAD, MOST_PASSES,
     QUICK, SECTIONS, SMALLEST_STEP, TOLERANCE, differs_widely, twice,
 };
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 
 /// Where the wall's way leads.
 pub(super) struct Way {
@@ -51,13 +51,16 @@ struct Coming<'a> {
     contact: Contact,
     /// The shift of the conditions at its start. W4
     distance: DVector<f64>,
+    /// What a hold yields there beside the tissue. W4
+    softness: f64,
     pace: f64,
 }
 
 /// Follows the equilibrium from that of the free rod, whose tip is at `p_free`, as far as it stays stable, and whether two ways ended
 /// alike.
 pub(super) fn from_free(rod: &Varying, contact: &Contact, base: BaseLoad, p_free: Vector3<f64>) -> (Way, bool) {
-    let coming = |pace| Coming { rod, contact: *contact, distance: contact.distance(p_free), pace };
+    let softness = free_compliance(rod, &base).map_or(0.0, |dp_df| contact.softness(&dp_df));
+    let coming = |pace| Coming { rod, contact: *contact, distance: contact.distance(p_free), softness, pace };
     twice(
         None,
         |pace| coming(pace).follow(base, Touch::before(*contact, p_free)),
@@ -137,7 +140,8 @@ impl Coming<'_> {
     ) -> Result<Step, Refused> {
         let changes = self.rod.base_changes();
         let mut base = base.moved(&of_base(predicted));
-        let mut touch = touch.with_shift((1.0 - tau) * &self.distance).moved(predicted);
+        let left = 1.0 - tau;
+        let mut touch = touch.set_out(left * &self.distance, left * self.softness).moved(predicted);
         let allowed_turn = self.pace * CORRECTION_TURN;
         let allowed_first = self.pace * CORRECTION * predicted.norm().max(SMALL_LOAD);
         let mut allowed = allowed_first;
@@ -170,7 +174,7 @@ impl Coming<'_> {
                     return Err(Refused::Outside);
                 }
                 let least = found.least_eigenvalue().ok_or(Refused::Other)?;
-                let tangent = balance.answer(&self.by_tau()).ok_or(Refused::Other)?;
+                let tangent = balance.answer(&self.by_tau(&touch)).ok_or(Refused::Other)?;
                 let (base, touch) = (base.moved(&by), touch.moved(&step));
                 return Ok(Step { base, touch, tangent, passage, leeway, least, fast: share < QUICK });
             }
@@ -186,13 +190,28 @@ impl Coming<'_> {
     }
 
     /// How the residual changes as the wall comes.
-    fn by_tau(&self) -> DVector<f64> {
+    fn by_tau(&self, touch: &Touch) -> DVector<f64> {
         let count = self.distance.len();
         let sign = if self.contact.sticks() { 1.0 } else { -1.0 };
         let mut by = DVector::zeros(6 + count);
-        by.rows_mut(6, count).copy_from(&(sign * &self.distance));
+        by.rows_mut(6, count).copy_from(&(sign * &self.distance - self.softness * &touch.strength));
         by
     }
+}
+
+/// How the tip of a free rod follows a dead force on it.
+fn free_compliance(rod: &Varying, base: &BaseLoad) -> Option<Matrix3<f64>> {
+    let mut integrator = Extrapolation::on_the_way(TOLERANCE);
+    let passage = pass_by_sections(rod, base, &rod.base_changes(), SECTIONS, &mut integrator).ok()?;
+    let balance = Balance::new(&passage, None);
+    let mut dp_df = Matrix3::zeros();
+    for k in 0..3 {
+        let mut force = DVector::zeros(6);
+        force[k] = -1.0;
+        let by = of_base(&balance.answer(&force)?);
+        dp_df.set_column(k, &combined(&passage.tip.columns, |column| column.dp, &by));
+    }
+    Some(dp_df)
 }
 
 /// Whether a step changes the least eigenvalue so much, where it is small, that stability may be lost and won again between.

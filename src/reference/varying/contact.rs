@@ -37,6 +37,8 @@ pub(super) struct Touch {
     pub strength: DVector<f64>,
     /// What its conditions are shifted by while the wall comes. W4
     pub shift: DVector<f64>,
+    /// What a hold yields beside the tissue while the tip is drawn to its point. W4
+    pub softness: f64,
 }
 
 /// What the wall does to displacements of the tip.
@@ -126,6 +128,15 @@ impl Contact {
         }
     }
 
+    /// What its hold of a rod yields at the start of the way, from how the free tip follows a force: nothing but where the rod is
+    /// straight, since no force on its end draws that inward, unless it buckles. W4
+    pub(super) fn softness(&self, dp_df: &Matrix3<f64>) -> f64 {
+        let size = dp_df.trace();
+        let held = dp_df + Matrix3::from_diagonal_element(self.compliance());
+        let is_straight = held.determinant() < RodWall::STRAIGHT * size.powi(3);
+        if self.sticks() && is_straight { RodWall::SOFTNESS * size } else { 0.0 }
+    }
+
     /// Whether another part of the rod than its tip is in the wall.
     pub(super) fn is_through(body_gap: f64) -> bool {
         body_gap < -IN_THE_WALL
@@ -172,7 +183,7 @@ impl Touch {
     /// A wall that does not press yet, with its conditions shifted so that they hold where the tip is.
     pub(super) fn before(contact: Contact, p_free: Vector3<f64>) -> Self {
         let shift = contact.distance(p_free);
-        Self { contact, strength: DVector::zeros(shift.len()), shift }
+        Self { contact, strength: DVector::zeros(shift.len()), shift, softness: 0.0 }
     }
 
     /// The wall in its place, pressing with the force that the rod has at its end beyond that of the loads.
@@ -182,15 +193,19 @@ impl Touch {
             false => DVector::from_element(1, f.dot(&contact.gap(p).n)),
         };
         let shift = DVector::zeros(strength.len());
-        Self { contact, strength, shift }
+        Self { contact, strength, shift, softness: 0.0 }
     }
 
     pub(super) fn count(&self) -> usize {
         self.strength.len()
     }
 
-    pub(super) fn with_shift(&self, shift: DVector<f64>) -> Self {
-        Self { shift, ..self.clone() }
+    pub(super) fn set_out(&self, shift: DVector<f64>, softness: f64) -> Self {
+        Self { shift, softness, ..self.clone() }
+    }
+
+    fn compliance(&self) -> f64 {
+        self.contact.compliance() + self.softness
     }
 
     pub(super) fn moved(&self, step: &DVector<f64>) -> Self {
@@ -207,7 +222,7 @@ impl Touch {
 
     /// The rows of the tip with the wall's force, then those of the wall. W3
     fn residual(&self, passage: &Passage) -> DVector<f64> {
-        let (p, c) = (passage.tip.p, self.contact.compliance());
+        let (p, c) = (passage.tip.p, self.compliance());
         let mut r = passage.residual;
         let unforced: Vector3<f64> = r.fixed_rows::<3>(0) - self.force(p);
         r.fixed_rows_mut::<3>(0).copy_from(&unforced);
@@ -246,7 +261,7 @@ impl Touch {
         let direction = if self.contact.sticks() { Vector3::ith(k, 1.0) } else { self.contact.gap(p).n };
         let mut by = DVector::zeros(6 + self.count());
         by.rows_mut(0, 3).copy_from(&-direction);
-        by[6 + k] = self.contact.compliance();
+        by[6 + k] = self.compliance();
         by
     }
 
@@ -269,7 +284,7 @@ impl Touch {
 
     /// What the wall does to displacements of a tip at `p`.
     pub(super) fn hold(&self, p: Vector3<f64>) -> Hold {
-        let compliance = self.contact.compliance();
+        let compliance = self.compliance();
         if self.contact.sticks() {
             let directions = (0..3).map(|k| Vector3::ith(k, 1.0)).collect();
             return Hold { directions, compliance, curvature: Matrix3::zeros() };

@@ -15,6 +15,11 @@ const GAUSS: [(f64, f64); 4] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
 
+/// The length of a piece of a rigid segment over the distance of the nearest dipole: the rule leaves 1e-13 of a dipole's force.
+const PIECE: f64 = 0.5;
+/// Pieces of a stretch at most.
+const MOST_PIECES: f64 = 256.0;
+
 /// A dipole outside of the rod, or its change.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Dipole {
@@ -102,6 +107,16 @@ impl Dipole {
         -self.M.norm() * (in_plane + with_axis + outer(mixed, axis) + along)
     }
 
+    /// Distance of a straight piece from it, or from the surface of its cylinder.
+    fn distance(&self, from: Vector3<f64>, along: Vector3<f64>) -> f64 {
+        let r = from - self.X;
+        if let Some(cylinder) = &self.cylinder {
+            return of_cylinder(cylinder, self.M.normalize(), (r, along));
+        }
+        let share = (-r.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        (r + share * along).norm()
+    }
+
     /// Changes of B and of the force on mu at a distance r by a change of the moment; a cylinder turns with its moment.
     fn by_moment(&self, dM: Vector3<f64>, r: Vector3<f64>, mu: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         if self.cylinder.is_none() {
@@ -144,7 +159,8 @@ impl Field {
     }
 
     /// Points of a rigid segment that begins at `p` and extends by `arm`, as shares of its length, and their shares of its dipole:
-    /// those of the rule on each stretch on which no map passes from cell to cell. The middle alone is one point. F9
+    /// those of the rule on each stretch on which no map passes from cell to cell, cut into pieces that are short beside how far sources
+    /// are. The middle alone is one point. F9
     pub(super) fn places(&self, p: Vector3<f64>, arm: Vector3<f64>) -> Vec<(f64, f64)> {
         if self.rule.len() == 1 {
             return self.rule.clone();
@@ -152,9 +168,13 @@ impl Field {
         let mut ends = vec![0.0, 1.0];
         self.maps.iter().for_each(|map| ends.extend(map.faces(p, arm)));
         ends.sort_by(f64::total_cmp);
+        let far = self.distance(p, arm);
         let on = |pair: &[f64]| {
-            let (from, length) = (pair[0], pair[1] - pair[0]);
-            self.rule.iter().map(move |(at, share)| (from + at * length, share * length)).collect::<Vec<_>>()
+            let (from, whole) = (pair[0], pair[1] - pair[0]);
+            let pieces = (arm.norm() * whole / (PIECE * far)).ceil().clamp(1.0, MOST_PIECES);
+            let length = whole / pieces;
+            let starts = (0..pieces as usize).map(move |piece| from + piece as f64 * length);
+            starts.flat_map(move |from| self.rule.iter().map(move |(at, share)| (from + at * length, share * length)))
         };
         ends.windows(2).flat_map(on).collect()
     }
@@ -206,16 +226,13 @@ impl Field {
 
     /// Distance of a straight piece to the nearest dipole beyond its clearance; infinite without dipoles.
     pub(super) fn clearance(&self, from: Vector3<f64>, to: Vector3<f64>) -> f64 {
-        let along = to - from;
-        let of = |dipole: &Dipole| {
-            let r = from - dipole.X;
-            if let Some(cylinder) = &dipole.cylinder {
-                return of_cylinder(cylinder, dipole.M.normalize(), (r, along)) - dipole.clearance;
-            }
-            let share = (-r.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            (r + share * along).norm() - dipole.clearance
-        };
-        self.dipoles.iter().map(of).fold(f64::INFINITY, f64::min)
+        let beyond = |dipole: &Dipole| dipole.distance(from, to - from) - dipole.clearance;
+        self.dipoles.iter().map(beyond).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Distance of a straight piece to the nearest dipole; infinite without dipoles.
+    fn distance(&self, from: Vector3<f64>, along: Vector3<f64>) -> f64 {
+        self.dipoles.iter().map(|dipole| dipole.distance(from, along)).fold(f64::INFINITY, f64::min)
     }
 }
 

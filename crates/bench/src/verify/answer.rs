@@ -21,6 +21,8 @@ pub struct Answer {
     pub estimate: f64,
     /// Contact force of the wall on the tip, world frame (N); NaN where the scene has no wall.
     pub force: Vector,
+    /// Estimated error of that (N).
+    pub force_error: f64,
     /// Contact forces below this are compared by their difference (N).
     pub least_force: f64,
     /// A path that has ended without a turn of its load having been seen: a sweep asks the reference.
@@ -87,6 +89,7 @@ impl Answer {
             load: solutions.get(sample, Quantity::LoadFraction),
             estimate: solutions.get(sample, Quantity::ErrorEstimate),
             force: solutions.contact_vector(sample, ContactColumn::Force),
+            force_error: solutions.contact(sample, ContactColumn::ForceError),
             least_force: 0.0,
             is_doubt: solutions.status(sample) == Status::Fold && !solutions.is_seen_fold(sample),
         }
@@ -104,6 +107,7 @@ impl Answer {
             load: number("load_fraction"),
             estimate: number("error_estimate"),
             force: vector("contact.force"),
+            force_error: number("contact.force_error"),
             least_force: 0.0,
             is_doubt: false,
         }
@@ -115,21 +119,25 @@ impl Answer {
         dp.max(rotation_angle(&self.rotation, &other.rotation))
     }
 
-    /// How far the forces of a wall are apart, over the larger, where that is not tiny against what bends the rod; else 0.
-    fn force_apart(&self, force: Vector) -> f64 {
+    /// How far the forces of a wall are apart and the estimated error of this, over the larger force, or over `least_force`; else 0.
+    fn force_apart(&self, force: Vector) -> [f64; 2] {
+        if [self.force, force].as_flattened().iter().all(|x| x.is_nan()) {
+            return [0.0; 2];
+        }
         let size = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let apart = size(std::array::from_fn(|k| self.force[k] - force[k]));
         let scale = size(self.force).max(size(force)).max(self.least_force);
-        if scale > 0.0 { apart / scale } else { 0.0 }
+        if scale > 0.0 { [apart / scale, self.force_error / scale] } else { [0.0; 2] }
     }
 
     /// How this differs from the reference's answer, at the engine's tolerance.
     pub fn difference(&self, expected: &Answer, tolerance: f64, length: f64) -> Option<Difference> {
         match (self.status.is_success(), expected.status.is_success()) {
             (true, true) => {
-                let apart = self.apart(expected, length).max(self.force_apart(expected.force));
-                let allowed = WRONG * tolerance.max(self.estimate);
-                (apart.is_nan() || apart > allowed).then_some(Difference::Apart(apart))
+                let pose = [self.apart(expected, length), self.estimate];
+                let is_wrong = |[apart, estimate]: &[f64; 2]| !(*apart <= WRONG * tolerance.max(*estimate));
+                let [apart, _] = [pose, self.force_apart(expected.force)].into_iter().find(is_wrong)?;
+                Some(Difference::Apart(apart))
             }
             (true, false) => Some(Difference::OnlyHere),
             (false, true) => Some(Difference::OnlyReference),
@@ -151,7 +159,9 @@ impl Answer {
     fn is_right(&self, word: &Word, length: f64) -> Option<bool> {
         match (word, self.status) {
             (Word::Unsure, _) => None,
-            (Word::Arrives { force, .. }, status) if status.is_success() && self.force_apart(*force) > OTHER_FORCE => {
+            (Word::Arrives { force, .. }, status)
+                if status.is_success() && self.force_apart(*force)[0] > OTHER_FORCE =>
+            {
                 Some(false)
             }
             (_, status) if status.is_success() => word.agrees_with(self.position, &self.rotation, length),

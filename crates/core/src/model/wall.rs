@@ -111,6 +111,14 @@ pub struct RodWall {
     pub friction: f64,
 }
 
+impl RodWall {
+    /// The product of a free tip's principal compliances, that of the tissue added, over the cube of their sum: below it the rod counts as
+    /// straight.
+    pub const STRAIGHT: f64 = 1e-11;
+    /// What the hold of a straight rod yields at the start of its way, over the sum of the tip's principal compliances.
+    pub const SOFTNESS: f64 = 1e-3;
+}
+
 /// What of a wall is the same for all samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WallKind {

@@ -75,6 +75,7 @@ pub fn press<L: VaryingPasses>(
     if care {
         // A path without care has counted the index of the free rod.
         wall.leave_unstable(index(&workspace.transfers, one).index.lt(one.constant(0.5)), end);
+        wall.soften(&workspace.pose, &workspace.matrix);
     }
     let comes = wall.touching;
     if !L::any(comes) {
@@ -102,7 +103,7 @@ pub fn press<L: VaryingPasses>(
             break;
         }
         pass(base, Carried::Base, workspace);
-        wall.shift = way * (one - target);
+        wall.set_out(way, one - target);
         let tip = workspace.tip;
         let rows = wall.rows(rod, &tip, &workspace.pose, &workspace.matrix);
         let (found, whole) = rows.solve_whole(&Mat6::identity(one));
@@ -146,7 +147,7 @@ pub fn press<L: VaryingPasses>(
         let ratio = (narrow * one.constant(AIM) * trust / first_size.max(one.constant(1e-6))).sqrt();
         let ratio = ratio.max(one.constant(NODE_LEAST_RATIO)).min(one.constant(NODE_MOST_RATIO));
         let longer = L::select(begun, used * ratio, one);
-        let steep = found.on(way, none);
+        let steep = found.on(-wall.rows_by_share(way, rod, &tip), none);
         slope = select::<L>(accept, steep, slope);
         let (dp, w) = workspace.pose.on(steep.0, steep.1);
         let speed = length(steep.1).max(length(w)).max(length(dp)).max(length(steep.0) / (one + length(base.0)));
@@ -167,7 +168,7 @@ pub fn press<L: VaryingPasses>(
         let over = active & !arrived & !end.passes.lt(one.constant(FIELD_PASS_LIMIT));
         (exhausted, failed) = (exhausted | over, failed | over);
     }
-    wall.shift = none;
+    wall.set_out(none, zero);
     let lost = comes & !arrived;
     end.base = select::<L>(comes, accepted, end.base);
     end.inverse = Mat6::select(comes, &inverse, &end.inverse);

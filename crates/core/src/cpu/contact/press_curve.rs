@@ -53,7 +53,7 @@ impl<L: VaryingPasses> Pressed<'_, L> {
         let lambda = at.lambda.constant(1.0);
         let (problem, base) = (*self.problem, at.base);
         L::varying_pass(Pass { problem, resolution, lambda, base, what, points, workspace: self.workspace });
-        self.wall.shift = self.way * (lambda - at.lambda);
+        self.wall.set_out(self.way, lambda - at.lambda);
         let (force, moment) = self.wall.lack(self.problem.rod, &self.workspace.tip);
         [-force.x, -force.y, -force.z, -moment.x, -moment.y, -moment.z]
     }
@@ -85,7 +85,8 @@ impl<L: VaryingPasses> Equations<L> for Pressed<'_, L> {
         let residual = self.residual(at, fine, if fine { Carried::Base } else { Carried::Transfers });
         let VaryingWorkspace { tip, pose, matrix, .. } = &*self.workspace;
         self.rows = self.wall.rows(self.problem.rod, tip, pose, matrix);
-        let comes = Vec3::select(self.wall.touching, -self.way, Vec3::splat(zero));
+        let by_share = self.wall.rows_by_share(self.way, self.problem.rod, tip);
+        let comes = Vec3::select(self.wall.touching, by_share, Vec3::splat(zero));
         let by_share = [comes.x, comes.y, comes.z, zero, zero, zero];
         let (seen, bordered) = newton_and_tangent(at, (residual, &self.rows, by_share), row, pose);
         self.matrix = bordered;
@@ -163,6 +164,7 @@ pub fn follow_press<L: VaryingPasses>(
     let tip = pressed.workspace.tip;
     pressed.way = pressed.wall.meet(&tip, false, end);
     pressed.wall.leave_unstable(stable, end);
+    pressed.wall.soften(&pressed.workspace.pose, &pressed.workspace.matrix);
     let comes = pressed.wall.touching;
     if L::any(comes) {
         let row = Loaded { base: (Vec3::splat(zero), Vec3::splat(zero)), lambda: one };
@@ -184,6 +186,6 @@ pub fn follow_press<L: VaryingPasses>(
         pressed.wall.touching = arrived;
     }
     wall = pressed.wall;
-    wall.shift = Vec3::splat(zero);
+    wall.set_out(Vec3::splat(zero), zero);
     workspace.wall = Some(wall);
 }

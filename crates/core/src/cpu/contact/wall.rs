@@ -8,12 +8,42 @@ use crate::cpu::rod::field::matrix::Mat6;
 use crate::cpu::rod::field::state::State;
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::segments::Rod;
-use crate::cpu::simd::lane::Lane;
+use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{Surface, WallKind};
+use crate::model::{RodWall, Surface, WallKind};
 
 /// Places on a step of the rod where its gap is looked at.
-const PLACES: usize = 8;
+pub const PLACES: usize = 8;
+/// The same on a rigid segment.
+pub const RIGID_PLACES: usize = 64;
+
+/// The polynomial of degree 5 through a step of the rod: how much place, first and second derivative at its begin count, then those at
+/// its end, by powers of the share of the step.
+const POSITION: [[f64; 6]; 6] = [
+    [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
+    [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
+    [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
+    [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
+    [0.0, 0.0, 0.0, -4.0, 7.0, -3.0],
+    [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
+];
+/// Its derivative by that share.
+const DIRECTION: [[f64; 6]; 6] = [
+    [0.0, 0.0, -30.0, 60.0, -30.0, 0.0],
+    [1.0, 0.0, -18.0, 32.0, -15.0, 0.0],
+    [0.0, 1.0, -4.5, 6.0, -2.5, 0.0],
+    [0.0, 0.0, 30.0, -60.0, 30.0, 0.0],
+    [0.0, 0.0, -12.0, 28.0, -15.0, 0.0],
+    [0.0, 0.0, 1.5, -4.0, 2.5, 0.0],
+];
+
+/// How the axis of the rod runs through a station: its place, and the first and second derivative by the length.
+#[derive(Clone, Copy, Debug)]
+pub struct Course<L> {
+    pub p: Vec3<L>,
+    pub v: Vec3<L>,
+    pub bend: Vec3<L>,
+}
 
 /// A wall of a group of samples, and how its tips touch it. Positions count from the base.
 pub struct Wall<L: Lane> {
@@ -32,8 +62,13 @@ pub struct Wall<L: Lane> {
     pub touching: L::Mask,
     /// Sign (1 or -1) that picks the chart of the tangent frame across the normal.
     pub sign: L,
+    /// How far the wall is off from the base by round-off of where both are.
+    off: L,
     /// Shift of the contact rows while the wall comes; zero once it is in its place. W4
     pub shift: Vec3<L>,
+    /// What a hold yields beside the tissue while the tip is drawn to its point, at the start of the way and now. W4
+    pub softness: L,
+    yields_now: L,
     /// Least gap of the rod beyond where it first is before the wall, and whether it has been.
     body_gap: L,
     seen: L::Mask,
@@ -102,6 +137,12 @@ fn changes<L: Lane, const N: usize>(sequence: [L; N]) -> L {
     count
 }
 
+/// How the tip follows a dead force there, from how pose and load at the tip follow the load at the base.
+#[inline(always)]
+fn dead_compliance<L: Lane>(pose: &Mat6<L>, matrix: &Mat6<L>) -> Mat3<L> {
+    symmetric(pose.times(&matrix.solve(&Mat6::identity(pose.0[0][0].constant(1.0)))).block(0, 0))
+}
+
 #[inline(always)]
 fn symmetric<L: Lane>(m: Mat3<L>) -> Mat3<L> {
     let half = m.x.x.constant(0.5);
@@ -132,7 +173,10 @@ impl<L: Lane> Wall<L> {
             held_at: Vec3::splat(zero),
             touching: nobody,
             sign: L::splat(token, 1.0),
+            off: (length(base) + length(vector(0)).max(length(vector(6)))) * zero.constant(0.5 * L::Scalar::EPSILON),
             shift: Vec3::splat(zero),
+            softness: zero,
+            yields_now: zero,
             body_gap: zero,
             seen: nobody,
             out_of_reach: nobody,
@@ -176,6 +220,34 @@ impl<L: Lane> Wall<L> {
         }
     }
 
+    /// Makes the hold of a straight rod soft at the start of its way: no force on its end draws that inward, unless it buckles. `pose` and
+    /// `matrix` are those of the free rod. W4
+    #[inline(always)]
+    pub fn soften(&mut self, pose: &Mat6<L>, matrix: &Mat6<L>) {
+        let one = self.radius.constant(1.0);
+        let zero = one.constant(0.0);
+        let compliance = dead_compliance(pose, matrix);
+        let size = compliance.x.x + compliance.y.y + compliance.z.z;
+        let held = compliance + Mat3::identity(one) * self.compliance;
+        let volume = dot(held.x, cross(held.y, held.z));
+        let is_straight = volume.lt(size * size * size * one.constant(RodWall::STRAIGHT));
+        let softness = L::select(is_straight, size * one.constant(RodWall::SOFTNESS), zero);
+        self.softness = if self.kind.sticks { softness } else { zero };
+    }
+
+    /// Sets it where a share of its way is left. W4
+    #[inline(always)]
+    pub fn set_out(&mut self, way: Vec3<L>, left: L) {
+        self.shift = way * left;
+        self.yields_now = self.softness * left;
+    }
+
+    /// How the contact rows follow the share of the way that is done, the load at the base held. W4
+    #[inline(always)]
+    pub fn rows_by_share(&self, way: Vec3<L>, rod: &Rod<L>, tip: &State<L>) -> Vec3<L> {
+        -axpy(self.softness, self.force(rod, tip), way)
+    }
+
     /// Force of the wall on the rod. W2
     #[inline(always)]
     pub fn force(&self, rod: &Rod<L>, tip: &State<L>) -> Vec3<L> {
@@ -187,7 +259,7 @@ impl<L: Lane> Wall<L> {
     pub fn lack(&self, rod: &Rod<L>, tip: &State<L>) -> Load<L> {
         let f = self.force(rod, tip);
         let rows = if self.kind.sticks {
-            axpy(self.compliance, f, tip.p - self.held_at) + self.shift
+            axpy(self.compliance + self.yields_now, f, tip.p - self.held_at) + self.shift
         } else {
             let Near { gap, normal, .. } = self.near(tip.p);
             let [first, second] = across(normal, self.sign);
@@ -241,7 +313,7 @@ impl<L: Lane> Wall<L> {
     #[inline(always)]
     fn change_of_rows(&self, near: &Near<L>, f: Vec3<L>, dp: Vec3<L>, df: Vec3<L>) -> Vec3<L> {
         if self.kind.sticks {
-            return axpy(self.compliance, df, dp);
+            return axpy(self.compliance + self.yields_now, df, dp);
         }
         let lambda = dot(near.normal, f);
         let [first, second] = across(near.normal, self.sign);
@@ -300,31 +372,39 @@ impl<L: Lane> Wall<L> {
         dot(near.normal, df) + dot(self.force(rod, tip), normal + near.curvature * dp)
     }
 
+    /// Round-off of the contact rows by that of where wall and base are. W3
+    #[inline(always)]
+    pub fn round_off(&self, rod: &Rod<L>, tip: &State<L>) -> L {
+        let zero = self.radius.constant(0.0);
+        let one = zero.constant(1.0);
+        // A normal that is off turns the force.
+        let Mat3 { x, y, z } = self.near(tip.p).curvature;
+        let turned = length(self.force(rod, tip)) * length(x).max(length(y)).max(length(z));
+        let off = self.off * if self.kind.sticks { one } else { one + turned };
+        L::select(self.touching, off, zero)
+    }
+
     /// Index of rod and wall together, from that of the rod under its force as a dead one. W5
     #[inline(always)]
     pub fn index(&self, rod: &Rod<L>, tip: &State<L>, dead: L, pose: &Mat6<L>, matrix: &Mat6<L>) -> L {
-        let zero = self.radius.constant(0.0);
-        let one = zero.constant(1.0);
-        let compliance = symmetric(pose.times(&matrix.solve(&Mat6::identity(one))).block(0, 0));
-        let pinned = dead - negative(compliance);
-        let stiffness = symmetric(inverse(compliance));
-        let soft = one / self.compliance;
-        let more = if self.kind.sticks {
-            if self.kind.yields { negative(stiffness + Mat3::identity(one) * soft) } else { zero }
+        let one = self.radius.constant(1.0);
+        let compliance = dead_compliance(pose, matrix);
+        if self.kind.sticks {
+            let held = compliance + Mat3::identity(one) * (self.compliance + self.yields_now);
+            return L::select(self.touching, dead - negative(held), dead);
+        }
+        let near = self.near(tip.p);
+        let lambda = dot(near.normal, self.force(rod, tip));
+        let bent = symmetric(inverse(compliance)) + near.curvature * -lambda;
+        let more = if self.kind.yields {
+            negative(outer(near.normal * (one / self.compliance), near.normal, bent))
         } else {
-            let near = self.near(tip.p);
-            let lambda = dot(near.normal, self.force(rod, tip));
-            let bent = stiffness + near.curvature * -lambda;
-            if self.kind.yields {
-                negative(outer(near.normal * soft, near.normal, bent))
-            } else {
-                let [first, second] = across(near.normal, self.sign);
-                let (by_first, by_second) = (row_times(first, bent), row_times(second, bent));
-                let (a, b, c) = (dot(by_first, first), dot(by_first, second), dot(by_second, second));
-                changes([a + c, a * c - b * b])
-            }
+            let [first, second] = across(near.normal, self.sign);
+            let (by_first, by_second) = (row_times(first, bent), row_times(second, bent));
+            let (a, b, c) = (dot(by_first, first), dot(by_first, second), dot(by_second, second));
+            changes([a + c, a * c - b * b])
         };
-        L::select(self.touching, pinned + more, dead)
+        L::select(self.touching, dead - negative(compliance) + more, dead)
     }
 
     /// Forgets what was seen of the rod.
@@ -334,31 +414,24 @@ impl<L: Lane> Wall<L> {
         (self.seen, self.body_gap) = (one.lt(one), one.constant(crate::cpu::rod::field::program_field::FAR));
     }
 
-    /// Looks at places from one state of the rod to the next, at this distance along it.
+    /// Looks at so many places from one station of the rod to the next, at this distance along it.
     #[inline(always)]
-    pub fn watch_step(&mut self, before: &State<L>, after: &State<L>, span: L) {
+    pub fn watch_step(&mut self, before: &Course<L>, after: &Course<L>, span: L, places: usize) {
         let one = span.constant(1.0);
         let zero = one.constant(0.0);
         let (mut last_gap, mut last_slope) = (zero, zero);
-        for k in 0..=PLACES {
-            // The cubic through both ends and their tangents, and its derivative.
-            let u = k as f64 / PLACES as f64;
-            let (square, left) = (u * u, (1.0 - u) * (1.0 - u));
-            let at = cubic(
-                [left * (1.0 + 2.0 * u), square * (3.0 - 2.0 * u), u * left, square * (u - 1.0)],
-                before,
-                after,
-                span,
-            );
-            let turn = 6.0 * u * (1.0 - u);
-            let way = cubic([-turn, turn, (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)], before, after, span);
+        for k in 0..=places {
+            let u = k as f64 / places as f64;
+            let at = between(POSITION.map(|powers| sum_of(powers, u)), before, after, span);
+            let way = between(DIRECTION.map(|powers| sum_of(powers, u)), before, after, span);
             let Near { gap, normal, .. } = self.near(at);
             let slope = dot(normal, way);
             // Between two places the gap is a parabola.
-            let turns = if k > 0 { last_slope.lt(zero) & zero.lt(slope) } else { one.lt(zero) };
-            let share = last_slope / (last_slope - slope) * one.constant(0.5 / PLACES as f64);
-            let lowest = share.mul_add(last_slope, last_gap);
-            self.body_gap = L::select(self.seen & turns, self.body_gap.min(lowest), self.body_gap);
+            let turns = if k > 0 { (last_slope * slope).lt(zero) } else { one.lt(zero) };
+            let share = last_slope / (last_slope - slope) * one.constant(0.5 / places as f64);
+            let extreme = share.mul_add(last_slope, last_gap);
+            self.seen = self.seen | (turns & !extreme.lt(zero));
+            self.body_gap = L::select(self.seen & turns, self.body_gap.min(extreme), self.body_gap);
             self.seen = self.seen | !gap.lt(zero);
             self.body_gap = L::select(self.seen, self.body_gap.min(gap), self.body_gap);
             (last_gap, last_slope) = (gap, slope);
@@ -375,9 +448,18 @@ impl<L: Lane> Wall<L> {
     }
 }
 
-/// A cubic along a step of the rod, from its weights of both ends and of both tangents.
+/// A point along a step of the rod, or its derivative, from the weights of what both ends are.
 #[inline(always)]
-fn cubic<L: Lane>([start, end, out, into]: [f64; 4], before: &State<L>, after: &State<L>, span: L) -> Vec3<L> {
-    let chord = before.p * span.constant(start) + after.p * span.constant(end);
-    axpy(span.constant(into) * span, after.t, axpy(span.constant(out) * span, before.t, chord))
+fn between<L: Lane>(weights: [f64; 6], before: &Course<L>, after: &Course<L>, span: L) -> Vec3<L> {
+    let [p, v, a] = [0, 1, 2].map(|k| span.constant(weights[k]));
+    let [to_p, to_v, to_a] = [3, 4, 5].map(|k| span.constant(weights[k]));
+    let place = before.p * p + after.p * to_p;
+    let way = axpy(v * span, before.v, axpy(to_v * span, after.v, place));
+    let square = span * span;
+    axpy(a * square, before.bend, axpy(to_a * square, after.bend, way))
+}
+
+/// A polynomial by its coefficients, the last of the highest power.
+fn sum_of(powers: [f64; 6], u: f64) -> f64 {
+    powers.iter().rev().fold(0.0, |sum, x| sum * u + x)
 }

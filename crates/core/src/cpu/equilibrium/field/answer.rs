@@ -187,7 +187,10 @@ fn write<L: VaryingPasses>(
     let second_order = amplification * (dot(step.0, step.0) + dot(step.1, step.1)) + turned;
     let far = (length(check.base.1) - one.constant(LITTLE_TURN)).max(one.constant(0.0));
     let far = far * responses * one.constant(program.bend_noise) * rounding;
-    let of_pose = round_off.mul_add(one.constant(program.stage_noise), far);
+    let mut of_pose = round_off.mul_add(one.constant(program.stage_noise), far);
+    if let Some(wall) = wall {
+        of_pose = wall.round_off(rod, &tip).mul_add(responses, of_pose);
+    }
     let error = difference * one.constant(DIFFERENCE) * share + of_pose + second_order;
     let (p, d1) = (Vec3::select(is_rounded, fine_p, p), Vec3::select(is_rounded, fine_d1, d1));
     let t = Vec3::select(is_rounded, fine_t, t);
@@ -279,12 +282,12 @@ fn write<L: VaryingPasses>(
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);
     let (check, fine) = (check.tip, tip);
-    // Round-off of the contact force: the norm of d(force)/d(residual) times that of the residual.
-    let mut square = one.constant(0.0);
+    // Round-off of the contact force is that of the pose, by how much more the force follows the residual.
+    let mut square = one;
     for x in workspace.matrix.times(&inverse).0[..3].as_flattened() {
         square = x.mul_add(*x, square);
     }
-    let noise = (one + norm(answer)) * (one + square).sqrt() * one.constant(ROUND_OFF * L::Scalar::EPSILON);
+    let noise = of_pose * square.sqrt() / responses;
     let answered = Answered { p, check, fine, step, left, share, noise, body_gap };
     write_contact(problem, &answered, workspace, out);
 }
