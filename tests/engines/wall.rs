@@ -416,6 +416,57 @@ fn a_limp_rod_behind_its_wall_is_not_called_free() {
     }
 }
 
+/// Scenes of random searches on which engine and reference once differed, or agreed on a fold that is none: straight rods whose tip is
+/// held; rods that shear, turn far between two stations, dip into the wall or graze it; a long magnet close to another.
+#[test]
+fn found_scenes_are_solved_alike() {
+    let through = ["held-straight-chain", "dips-into-a-wall", "grazes-a-wall"];
+    let clear = ["held-straight", "shears-before-a-wall", "turns-before-a-wall", "long-magnet-near-a-magnet"];
+    let expected = [(&through[..], Status::ThroughWall), (&clear[..], Status::Ramped)];
+    for (name, status) in expected.into_iter().flat_map(|(names, status)| names.iter().map(move |name| (name, status)))
+    {
+        let scene = read_scene(&root().join(format!("tests/data/found/{name}.toml"))).expect("the scene reads");
+        let length = scene.total_length();
+        let options = PlanOptions { steps: 32, tolerance: 1e-11, ..PlanOptions::default() };
+        let plan = Plan::new(&scene, &[], &[], options).expect("a plan");
+        let engine = Box::new(Cpu::new(&plan, Precision::F64).expect("instructions of this machine"));
+        let engines = [engine as Box<dyn Backend>, Box::new(Reference::new(&plan))];
+        let [found, judged] = engines.map(|mut engine| engine.solve(&plan.batch(1, |_, _| {})).expect("solved"));
+        for solutions in [&found, &judged] {
+            assert_eq!(solutions.status(0), status, "{name}");
+        }
+        let position = [&found, &judged].map(|of| of.vector(0, Quantity::TipPosition));
+        assert!(difference(&position[0], &position[1]) < 2e-10 * length, "{name}");
+        let force = [&found, &judged].map(|of| of.contact_vector(0, ContactColumn::Force));
+        assert!(difference(&force[0], &force[1]) < 1e-8 * norm(&force[1]), "{name}");
+        let body_gap = [&found, &judged].map(|of| of.contact(0, ContactColumn::BodyGap));
+        assert!((body_gap[0] - body_gap[1]).abs() < 1e-4 * body_gap[1].abs() + 1e-7 * length, "{name}: {body_gap:?}");
+    }
+}
+
+/// A straight rod whose tip is held a little farther in bears the load under which a column buckles whose end cannot move across, 20.19 EI / L².
+#[test]
+fn a_straight_rod_whose_tip_is_held_bears_the_load_of_a_column() {
+    const BUCKLING: f64 = 20.190_728_556_426_63;
+    let column = BUCKLING * 2e-6 / 0.01;
+    for (inward, off) in [(1e-5, 1e-4), (1e-4, 1e-3)] {
+        let z = 0.1 - inward;
+        let text = format!(
+            "[[segment]]\nname = \"rod\"\nkind = \"flexible\"\nlength = 0.1\nstiffness = {{ bending = 2e-6, torsion = 1e-6 }}\n\
+             [wall]\nkind = \"plane\"\nposition = [0, 0, {z}]\nnormal = [0, 0, -1]\ntip = \"sticks\"\nanchor = [1e-7, 0, {z}]\n"
+        );
+        let scene = parse_scene(Path::new("held.toml"), &text).expect("the scene reads");
+        let plan = Plan::new(&scene, &[], &[], PlanOptions::default()).expect("a plan");
+        let engine = second_attempt(&plan).expect("an engine");
+        for mut engine in [engine, Box::new(Reference::new(&plan)) as Box<dyn Backend>] {
+            let solutions = engine.solve(&plan.batch(1, |_, _| {})).expect("solved");
+            assert!(solutions.status(0).is_success(), "{}", solutions.status(0).name());
+            let borne = solutions.contact_vector(0, ContactColumn::Force);
+            assert!((borne[2] / -column - 1.0).abs() < off, "{borne:?} {column}");
+        }
+    }
+}
+
 /// What a dead force of the same size tells of index and columns: W8, and W12, in which the rod alone has its derivatives.
 #[test]
 fn a_dead_force_tells_index_and_columns() {

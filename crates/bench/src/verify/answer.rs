@@ -135,7 +135,8 @@ impl Answer {
         match (self.status.is_success(), expected.status.is_success()) {
             (true, true) => {
                 let pose = [self.apart(expected, length), self.estimate];
-                let is_wrong = |[apart, estimate]: &[f64; 2]| !(*apart <= WRONG * tolerance.max(*estimate));
+                let is_wrong =
+                    |[apart, estimate]: &[f64; 2]| apart.is_nan() || *apart > WRONG * tolerance.max(*estimate);
                 let [apart, _] = [pose, self.force_apart(expected.force)].into_iter().find(is_wrong)?;
                 Some(Difference::Apart(apart))
             }

@@ -1,6 +1,7 @@
 //! A wall that the tip may touch: its gap at a point, what the boundary conditions become, and stability with it. W1, W3, W5
 #![allow(clippy::needless_range_loop)]
 
+use super::course::{Course, along};
 use super::program_wall::ProgramWall;
 use crate::cpu::algebra::{Mat3, Vec3, axpy, cross, dot, inverse, length, outer, row_times};
 use crate::cpu::equilibrium::field::base_load::Load;
@@ -11,39 +12,6 @@ use crate::cpu::rod::segments::Rod;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::record::BASE_POSITION_AT;
 use crate::model::{RodWall, Surface, WallKind};
-
-/// Places on a step of the rod where its gap is looked at.
-pub const PLACES: usize = 8;
-/// The same on a rigid segment.
-pub const RIGID_PLACES: usize = 64;
-
-/// The polynomial of degree 5 through a step of the rod: how much place, first and second derivative at its begin count, then those at
-/// its end, by powers of the share of the step.
-const POSITION: [[f64; 6]; 6] = [
-    [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
-    [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
-    [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
-    [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
-    [0.0, 0.0, 0.0, -4.0, 7.0, -3.0],
-    [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
-];
-/// Its derivative by that share.
-const DIRECTION: [[f64; 6]; 6] = [
-    [0.0, 0.0, -30.0, 60.0, -30.0, 0.0],
-    [1.0, 0.0, -18.0, 32.0, -15.0, 0.0],
-    [0.0, 1.0, -4.5, 6.0, -2.5, 0.0],
-    [0.0, 0.0, 30.0, -60.0, 30.0, 0.0],
-    [0.0, 0.0, -12.0, 28.0, -15.0, 0.0],
-    [0.0, 0.0, 1.5, -4.0, 2.5, 0.0],
-];
-
-/// How the axis of the rod runs through a station: its place, and the first and second derivative by the length.
-#[derive(Clone, Copy, Debug)]
-pub struct Course<L> {
-    pub p: Vec3<L>,
-    pub v: Vec3<L>,
-    pub bend: Vec3<L>,
-}
 
 /// A wall of a group of samples, and how its tips touch it. Positions count from the base.
 pub struct Wall<L: Lane> {
@@ -422,8 +390,7 @@ impl<L: Lane> Wall<L> {
         let (mut last_gap, mut last_slope) = (zero, zero);
         for k in 0..=places {
             let u = k as f64 / places as f64;
-            let at = between(POSITION.map(|powers| sum_of(powers, u)), before, after, span);
-            let way = between(DIRECTION.map(|powers| sum_of(powers, u)), before, after, span);
+            let (at, way) = along(u, before, after, span);
             let Near { gap, normal, .. } = self.near(at);
             let slope = dot(normal, way);
             // Between two places the gap is a parabola.
@@ -446,20 +413,4 @@ impl<L: Lane> Wall<L> {
         let zero = gap.constant(0.0);
         L::select(self.seen, self.body_gap, gap) - L::select(gap.lt(zero), gap, zero)
     }
-}
-
-/// A point along a step of the rod, or its derivative, from the weights of what both ends are.
-#[inline(always)]
-fn between<L: Lane>(weights: [f64; 6], before: &Course<L>, after: &Course<L>, span: L) -> Vec3<L> {
-    let [p, v, a] = [0, 1, 2].map(|k| span.constant(weights[k]));
-    let [to_p, to_v, to_a] = [3, 4, 5].map(|k| span.constant(weights[k]));
-    let place = before.p * p + after.p * to_p;
-    let way = axpy(v * span, before.v, axpy(to_v * span, after.v, place));
-    let square = span * span;
-    axpy(a * square, before.bend, axpy(to_a * square, after.bend, way))
-}
-
-/// A polynomial by its coefficients, the last of the highest power.
-fn sum_of(powers: [f64; 6], u: f64) -> f64 {
-    powers.iter().rev().fold(0.0, |sum, x| sum * u + x)
 }

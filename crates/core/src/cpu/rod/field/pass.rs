@@ -1,20 +1,18 @@
 //! One pass over the rod, base to tip, from the load at the base: state, transfers of its intervals, parameters. F5
 
 use super::crossing::Crossing;
-use super::ends::{base_columns, lengthen, slopes};
+use super::ends::{base_columns, lengthen};
 use super::index::{Interval, Transfer};
 use super::matrix::Mat6;
 use super::parameters::Parameters;
 use super::program_field::FAR;
-use super::space::Space;
 use super::state::{Columns, State};
 use super::step::{Step, step_columns, step_rod};
 use super::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat, length};
-use crate::cpu::contact::wall::{Course, PLACES, RIGID_PLACES};
+use crate::cpu::contact::course::{PLACES, RIGID_PLACES, bent, straight};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Resolution;
-use crate::cpu::rod::section::{Flexible, curvature, velocity};
 use crate::cpu::rod::segments::Segment;
 use crate::cpu::rod::terms::Terms;
 use crate::cpu::simd::lane::Lane;
@@ -80,28 +78,6 @@ fn interval_columns<L: Lane>(m: Vec3<L>) -> [Columns<L>; 4] {
 #[inline(always)]
 fn midway<L: Lane>(before: &State<L>, after: &State<L>, length: L) -> Vec3<L> {
     (before.p + after.p) * length.constant(0.5) + (before.t - after.t) * (length * length.constant(0.125))
-}
-
-/// How the axis of a flexible segment runs at a share of its length, under the full load.
-#[inline(always)]
-fn course<L: Lane>(
-    terms: impl Terms,
-    space: &Space<L>,
-    segment: &Flexible<L>,
-    share: f64,
-    state: &State<L>,
-) -> Course<L> {
-    let State { p, d1, t, m, n } = *state;
-    let d2 = cross(t, d1);
-    let omega = curvature(terms, &segment.section(terms, share), d1, d2, t, m);
-    let v = velocity(terms, segment, d1, d2, t, n);
-    let mut bend = cross(omega, v);
-    if segment.shears {
-        // Beyond the turn of the section: shear and stretch by how the force changes in it.
-        let turned = slopes(space, segment, state, v).1 - cross(omega, n);
-        bend = bend + (velocity(terms, segment, d1, d2, t, turned) - t);
-    }
-    Course { p, v, bend }
 }
 
 /// Three columns of segment `index` by their number: `count` of its own, then those of parameters.
@@ -199,7 +175,7 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                     if what == Carried::Watched
                         && let Some(wall) = wall
                     {
-                        let course = |share, state| course(terms, space, flexible, share, state);
+                        let course = |share, state: &State<L>| bent(terms, space, flexible, share, state);
                         wall.watch_step(&course(start, &before), &course(start + share, &state), span, PLACES);
                     }
                     if matches!(what, Carried::State | Carried::Watched) {
@@ -246,7 +222,6 @@ pub fn integrate<L: Lane, T: Terms>(pass: Pass<'_, L>, terms: T) {
                 if what == Carried::Watched
                     && let Some(wall) = wall
                 {
-                    let straight = |state: &State<L>| Course { p: state.p, v: state.t, bend: Vec3::splat(zero) };
                     wall.watch_step(&straight(&before), &straight(&state), rigid.length, RIGID_PLACES);
                 }
                 if matches!(what, Carried::State | Carried::Watched) {
