@@ -4,6 +4,7 @@
 //! product is dr/d(n0, m0), and elimination from the tip counts the index. Its shaders know no maps.
 
 pub mod acting;
+pub mod axis;
 pub mod crossing;
 pub mod crossing_columns;
 pub mod cylinder;

@@ -1,5 +1,6 @@
 //! One pass over the rod, base to tip, from the load at the base: state, transfers of its intervals, parameters. F5
 
+use super::axis::{bent, straight};
 use super::crossing::Crossing;
 use super::ends::{base_columns, lengthen};
 use super::index::{Interval, Transfer};
@@ -10,7 +11,7 @@ use super::state::{Columns, State};
 use super::step::{Step, step_columns, step_rod};
 use super::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::algebra::{Mat3, Vec3, columns_cross_sub, cross, hat, length};
-use crate::cpu::contact::course::{PLACES, RIGID_PLACES, bent, straight};
+use crate::cpu::contact::course::{PLACES, RIGID_PLACES};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::program::Resolution;
 use crate::cpu::rod::segments::Segment;
