@@ -2,7 +2,7 @@
 
 use crate::common::root;
 use crate::stretches::{file, loaded, solve};
-use rodsweep::backend::Precision;
+use rodsweep::backend::{Backend, Precision};
 use rodsweep::cpu::Cpu;
 use rodsweep::gpu::Gpu;
 use rodsweep::gpu::testing::device_or_skip;
@@ -208,5 +208,22 @@ fn a_true_turn_is_a_fold_at_the_same_load() {
     match judge(&scene.rod()) {
         Word::Ends { load } => assert!((load - found.load_fraction).abs() < 1e-2, "{load}"),
         word => assert_eq!(word, Word::Unsure),
+    }
+}
+
+/// Rods wound by many radians under a tip moment, whose paths end in a fold. Newton's steps shrink by half for a while beyond it: multiple
+/// shooting once took that for arrival, and went on to another branch.
+#[test]
+fn no_wound_rod_is_led_past_its_fold() {
+    for name in ["wound-past-a-fold", "wound-past-a-fold-2"] {
+        let scene = read_scene(&root().join(format!("tests/data/found/{name}.toml"))).expect("the scene reads");
+        for steps in [4, 8, 16] {
+            let plan = Plan::new(&scene, &[], &[], PlanOptions { steps, ..PlanOptions::default() }).expect("a plan");
+            for precision in [Precision::F64, Precision::F32] {
+                let mut engine = Cpu::new(&plan, precision).expect("instructions of this machine");
+                let solutions = engine.solve(&plan.batch(1, |_, _| {})).expect("solved");
+                assert!(!solutions.status(0).is_success(), "{name}, {steps} steps: {}", solutions.status(0).name());
+            }
+        }
     }
 }

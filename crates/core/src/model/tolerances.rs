@@ -265,6 +265,8 @@ pub const NODE_CORRECTIONS: usize = 8;
 pub const NODE_FIRST_STEP: f64 = 0.1;
 /// The largest first correction of a node: radians, or moment relative to 1 plus the largest.
 pub const NODE_TRUST: f64 = 0.2;
+/// Share of a load step's tolerance that holds under loads without energy.
+pub const NODE_WARY: f64 = 1e-3;
 /// Each correction of the nodes must be smaller than this share of the one before.
 pub const NODE_CONTRACTION: f64 = 0.3;
 /// A load step by nodes is chosen so that its first correction will be this share of what is trusted; that grows like

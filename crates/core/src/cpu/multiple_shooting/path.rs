@@ -11,8 +11,8 @@ use crate::cpu::rod::stability::has_no_energy;
 use crate::cpu::simd::lane::Lane;
 use crate::model::tolerances::{
     CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_LEAST_RATIO, NODE_MOST_RATIO,
-    NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TRUST, NodePace,
-    SPENT, WIDENING,
+    NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TRUST,
+    NODE_WARY, NodePace, SPENT, WIDENING,
 };
 
 /// Where the paths of a register ended.
@@ -61,19 +61,23 @@ pub fn follow_nodes<L: Lane>(
         let mut least = nodes.elimination.least;
         // Newton's method leads to other branches from where the energy is not convex.
         let mut convex = nodes.elimination.index.lt(one.constant(0.5));
+        let contracting =
+            size.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
+        let (mut arrives, mut tolerance) = (active, one.constant(pace.tolerance));
         if problem.program.load_without_energy {
             // A dead moment has no energy: pivots count as they are.
             let (dead, whole) = (has_no_energy(problem.rod), nodes.elimination.least_whole(&nodes.transfers));
             least = L::select(dead, whole, least);
             convex = (convex & !dead) | (dead & zero.lt(whole));
+            // Beyond a fold Newton's steps shrink by half for a while, and lead through the gap to another branch.
+            arrives = active & (contracting | !dead);
+            tolerance = L::select(dead, one.constant(pace.tolerance * NODE_WARY), tolerance);
         }
         let near = least.lt(one.constant(pace.least_pivot));
         let stable = convex & !near & !leaps(least, last_least);
         let partial = target.lt(one);
-        let converged = size.lt(narrowed(least) * one.constant(pace.tolerance));
-        let contracting =
-            size.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
-        let accept = active & converged & stable;
+        let converged = size.lt(narrowed(least) * tolerance);
+        let accept = arrives & converged & stable;
         let go_on = active & !converged & contracting & convex;
         let reject = active & !accept & !go_on;
         unstable = (unstable & !active) | (reject & converged);
