@@ -51,7 +51,7 @@ struct Coming<'a> {
     contact: Contact,
     /// The shift of the conditions at its start. W4
     distance: DVector<f64>,
-    /// What a hold yields there beside the tissue. W4
+    /// Compliance added to that of the tissue at the start of the way. W4
     softness: f64,
     pace: f64,
 }

@@ -37,7 +37,7 @@ pub(super) struct Touch {
     pub strength: DVector<f64>,
     /// What its conditions are shifted by while the wall comes. W4
     pub shift: DVector<f64>,
-    /// What a hold yields beside the tissue while the tip is drawn to its point. W4
+    /// Compliance added to that of the tissue while a held tip is drawn to its point. W4
     pub softness: f64,
 }
 
@@ -128,8 +128,8 @@ impl Contact {
         }
     }
 
-    /// What its hold of a rod yields at the start of the way, from how the free tip follows a force: nothing but where the rod is
-    /// straight, since no force on its end draws that inward, unless it buckles. W4
+    /// Compliance added at the start of the way, from that of the free tip. It is zero unless the rod is straight: no force on the end of
+    /// such a rod draws that inward, unless it buckles. W4
     pub(super) fn softness(&self, dp_df: &Matrix3<f64>) -> f64 {
         let size = dp_df.trace();
         let held = dp_df + Matrix3::from_diagonal_element(self.compliance());

@@ -115,7 +115,7 @@ impl RodWall {
     /// The product of a free tip's principal compliances, that of the tissue added, over the cube of their sum: below it the rod counts as
     /// straight.
     pub const STRAIGHT: f64 = 1e-11;
-    /// What the hold of a straight rod yields at the start of its way, over the sum of the tip's principal compliances.
+    /// Compliance added where a straight rod is held, at the start of the way, over the sum of the tip's principal compliances.
     pub const SOFTNESS: f64 = 1e-3;
 }
 

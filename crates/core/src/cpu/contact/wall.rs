@@ -34,7 +34,7 @@ pub struct Wall<L: Lane> {
     off: L,
     /// Shift of the contact rows while the wall comes; zero once it is in its place. W4
     pub shift: Vec3<L>,
-    /// What a hold yields beside the tissue while the tip is drawn to its point, at the start of the way and now. W4
+    /// Compliance added to that of the tissue while a held tip is drawn to its point: at the start of the way, and now. W4
     pub softness: L,
     yields_now: L,
     /// Least gap of the rod beyond where it first is before the wall, and whether it has been.
