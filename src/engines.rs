@@ -131,7 +131,7 @@ impl EngineRequest {
             }
             None => on_cpu("the field varies in space; a GPU solves that where it is asked for"),
             Some(BackendKind::Gpu) if has_exact_magnet(scene) => {
-                on_cpu("the field of a magnet is that of its cylinder, which no GPU kernel models")
+                on_cpu("the field of a magnet is that of its cylinder or cuboid, which no GPU kernel models")
             }
             Some(BackendKind::Gpu) if !scene.sources.maps.is_empty() => {
                 on_cpu("the field is sampled on a grid, which no GPU kernel models")
@@ -322,7 +322,7 @@ fn refuse_beside_wall(scene: &Scene, asked: Option<BackendKind>) -> Result<(), B
     }
 }
 
-/// Whether the field of a magnet is that of its cylinder.
+/// Whether the field of a magnet is that of its shape.
 fn has_exact_magnet(scene: &Scene) -> bool {
     scene.sources.magnets.iter().any(Magnet::is_exact)
 }

@@ -58,7 +58,7 @@ pub use colour::{Colour, ColourMap};
 pub use colour_bar::{ColourRange, ColourScale};
 pub use curves::{Curves, Marker, PlaneCurves, Series};
 pub use failure_map::{FailureMap, SweptAxis};
-pub use field::{Cylinder, FieldLine, FieldSource, GridBox, LinePlace, SourceBody, Surroundings};
+pub use field::{Cuboid, Cylinder, FieldLine, FieldSource, GridBox, LinePlace, SourceBody, Surroundings};
 pub use interval_bars::{Interval, IntervalBars};
 pub use marked::Marked;
 pub use named_bars::NamedBars;

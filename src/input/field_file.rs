@@ -5,12 +5,12 @@ use super::map::field_maps;
 use super::segment_file::{check_name, exclusive};
 use super::toml::Reader;
 use crate::model::{
-    CoilArray, DEFAULT_CLEARANCE, FieldSources, GradientEntry, Magnet, MagnetBody, UnitDipole, Vector, closest,
-    mri_gradient,
+    CoilArray, DEFAULT_CLEARANCE, FieldSources, GradientEntry, Magnet, MagnetBody, MagnetShape, UnitDipole, Vector,
+    closest, mri_gradient,
 };
 
 const FIELD_KEYS: [&str; 4] = ["flux_density", "gradient", "mri_gradient", "origin"];
-const MAGNET_KEYS: [&str; 12] = [
+const MAGNET_KEYS: [&str; 13] = [
     "name",
     "position",
     "moment",
@@ -18,13 +18,14 @@ const MAGNET_KEYS: [&str; 12] = [
     "diameter",
     "inner_diameter",
     "length",
+    "size",
     "axis",
     "field",
     "rotation",
     "strength",
     "clearance",
 ];
-/// Clearance of a cylinder whose field is exact, over its radius.
+/// Clearance of a magnet whose field is exact, over its radius, or over half of a cuboid's longest edge.
 const EXACT_CLEARANCE: f64 = 0.035;
 /// A gradient given as a matrix may miss symmetry and trace by this share of its largest entry.
 const MATRIX_TOLERANCE: f64 = 1e-6;
@@ -109,23 +110,29 @@ fn magnet(reader: &Reader) -> Result<Magnet, InputError> {
     let position = position.ok_or_else(|| reader.missing("position", "give the magnet's centre in the world frame"))?;
     exclusive(reader, "moment", "remanence")?;
     let body = body(reader)?;
-    let is_exact = body.is_some_and(|body| body.is_exact);
     let moment = match (reader.vector("moment", "A·m²")?, reader.quantity("remanence", "T")?, &body) {
         (Some(moment), ..) => moment,
-        (None, Some(remanence), Some(body)) => body.moment(remanence),
+        (None, Some(remanence), Some(body)) => body.shape.moment(remanence, direction(reader, body)?),
         (None, Some(_), None) => {
-            return Err(
-                reader.missing("axis", "with `remanence` give axis, diameter and length: Br V / mu0 is the moment")
-            );
+            return Err(reader.missing(
+                "axis",
+                "with `remanence` give axis, diameter and length, or axis and size: Br V / mu0 is the moment",
+            ));
         }
         (None, None, _) => {
-            return Err(reader.missing("moment", "give moment in A·m², or remanence with axis, diameter and length"));
+            return Err(reader.missing(
+                "moment",
+                "give moment in A·m², or remanence with axis, diameter and length (of a cuboid axis and size)",
+            ));
         }
     };
     let clearance = match (reader.quantity("clearance", "m")?, &body) {
         (Some(clearance), _) => clearance,
-        (None, Some(body)) if is_exact => EXACT_CLEARANCE * 0.5 * body.diameter,
-        (None, Some(body)) => 0.5 * body.length.max(body.diameter),
+        (None, Some(MagnetBody { shape: MagnetShape::Cylinder { diameter, .. }, is_exact: true })) => {
+            EXACT_CLEARANCE * 0.5 * diameter
+        }
+        (None, Some(body)) if body.is_exact => EXACT_CLEARANCE * 0.5 * body.shape.extent(),
+        (None, Some(body)) => 0.5 * body.shape.extent(),
         (None, None) => reader.quantity("diameter", "m")?.map_or(DEFAULT_CLEARANCE, |diameter| 0.5 * diameter),
     };
     Ok(Magnet {
@@ -139,8 +146,38 @@ fn magnet(reader: &Reader) -> Result<Magnet, InputError> {
     })
 }
 
-/// A cylinder or a ring; a diameter alone is that of a sphere, which is a dipole.
+/// The direction in which a magnet with a size is magnetised.
+fn direction(reader: &Reader, body: &MagnetBody) -> Result<Vector, InputError> {
+    match body.shape {
+        MagnetShape::Cylinder { axis, .. } => Ok(axis),
+        MagnetShape::Cuboid(_) => {
+            let axis = reader.vector("axis", "")?;
+            let axis = axis.ok_or_else(|| {
+                reader.missing(
+                    "axis",
+                    "with `remanence` and `size` give the direction of magnetisation, such as axis = [0, 0, 1]",
+                )
+            })?;
+            unit(reader, axis)
+        }
+    }
+}
+
+/// A cuboid, by `size`.
+fn cuboid(reader: &Reader, size: Vector) -> Result<MagnetBody, InputError> {
+    for key in ["diameter", "length", "inner_diameter"] {
+        exclusive(reader, "size", key)?;
+    }
+    // A moment has its direction.
+    exclusive(reader, "axis", "moment")?;
+    Ok(MagnetBody { shape: MagnetShape::Cuboid(size), is_exact: is_exact(reader)? })
+}
+
+/// A cuboid, a cylinder or a ring; a diameter alone is that of a sphere, which is a dipole.
 fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
+    if let Some(size) = reader.vector("size", "m")? {
+        return cuboid(reader, size).map(Some);
+    }
     let (axis, length) = (reader.vector("axis", "")?, reader.quantity("length", "m")?);
     let diameter = reader.quantity("diameter", "m")?;
     let bore = reader.quantity("inner_diameter", "m")?;
@@ -154,11 +191,17 @@ fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
             return Err(reader.missing(lacking, remedy));
         }
         if is_exact {
-            let remedy = "field = \"exact\" is that of a cylinder: give axis, diameter and length";
+            let remedy = "field = \"exact\" is that of a cylinder or a cuboid: give axis, diameter and length, or size";
             return Err(reader.missing("axis", remedy));
         }
         return Ok(None);
     };
+    let shape = MagnetShape::Cylinder { axis: unit(reader, axis)?, length, diameter, bore: bore.unwrap_or(0.0) };
+    Ok(Some(MagnetBody { shape, is_exact }))
+}
+
+/// `axis`, of length one.
+fn unit(reader: &Reader, axis: Vector) -> Result<Vector, InputError> {
     let size = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
     let is_direction = size.is_finite() && size > 0.0;
     if !is_direction {
@@ -166,11 +209,10 @@ fn body(reader: &Reader) -> Result<Option<MagnetBody>, InputError> {
         return Err(reader.error("axis", Problem::Range { value: format!("{axis:?}"), expected }));
     }
     // What already has length one stays as it is, so that a scene written and read again is the same.
-    let axis = if (size - 1.0).abs() < 4.0 * f64::EPSILON { axis } else { axis.map(|x| x / size) };
-    Ok(Some(MagnetBody { axis, length, diameter, bore: bore.unwrap_or(0.0), is_exact }))
+    Ok(if (size - 1.0).abs() < 4.0 * f64::EPSILON { axis } else { axis.map(|x| x / size) })
 }
 
-/// Whether the field of a cylinder is asked for, in place of that of a few dipoles.
+/// Whether the field of the magnet's shape is asked for, in place of that of a few dipoles.
 fn is_exact(reader: &Reader) -> Result<bool, InputError> {
     const WORDS: [&str; 2] = ["dipoles", "exact"];
     let Some(found) = reader.string("field")? else { return Ok(false) };

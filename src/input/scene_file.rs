@@ -2,7 +2,7 @@
 
 use super::error::{InputError, Problem};
 use super::force_file::AtTip;
-use super::magnet_note::cylinder_note;
+use super::magnet_note::magnet_note;
 use super::segment_file::segment;
 use super::toml::{Reader, Source};
 use super::{field_file, force_file, wall_file};
@@ -51,7 +51,7 @@ pub fn parse_scene(file: &Path, text: &str) -> Result<Scene, InputError> {
 /// What is unusual about a scene without being wrong, and how well sampled fields obey Maxwell's equations.
 pub fn scene_notes(scene: &Scene) -> Vec<String> {
     let mut notes: Vec<String> = scene.sources.maps.iter().map(FieldMap::summary).collect();
-    notes.extend(scene.sources.magnets.iter().filter_map(cylinder_note));
+    notes.extend(scene.sources.magnets.iter().filter_map(magnet_note));
     for segment in &scene.segments {
         if let SegmentKind::Flexible(Flexible {
             stiffness: Stiffness::Tube { youngs_modulus, shear: ShearElasticity::Modulus(shear_modulus), .. },

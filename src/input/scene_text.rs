@@ -5,8 +5,8 @@ use super::toml::quoted;
 use super::wall_file::{side_word, surface_word, tip_word};
 use crate::model::{
     Body, CoilWinding, Density, FieldSources, Flexible, Frame, InnerLoad, LoadPlace, MagnetBody, MagnetMaterial,
-    Profile, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, TipOnWall, UnitDipole, Vector, Wall,
-    WallShape,
+    MagnetShape, Profile, Rigid, Scene, Segment, SegmentKind, ShearElasticity, Stiffness, TipOnWall, UnitDipole,
+    Vector, Wall, WallShape,
 };
 use std::fmt::Write;
 
@@ -98,14 +98,18 @@ fn write_sources(text: &mut String, sources: &FieldSources, prefix: &str) -> std
         writeln!(text, "\n[[{prefix}magnet]]\nname = {}\nposition = {:?}", quoted(&magnet.name), magnet.position)?;
         writeln!(text, "moment = {:?}\nrotation = {:?}", magnet.moment, magnet.rotation)?;
         writeln!(text, "strength = {:?}\nclearance = {:?}", magnet.strength, magnet.clearance)?;
-        if let Some(MagnetBody { axis, length, diameter, bore, is_exact }) = magnet.body {
-            if is_exact {
-                writeln!(text, "field = \"exact\"")?;
+        let Some(MagnetBody { shape, is_exact }) = magnet.body else { continue };
+        if is_exact {
+            writeln!(text, "field = \"exact\"")?;
+        }
+        match shape {
+            MagnetShape::Cylinder { axis, length, diameter, bore } => {
+                writeln!(text, "axis = {axis:?}\nlength = {length:?}\ndiameter = {diameter:?}")?;
+                if bore != 0.0 {
+                    writeln!(text, "inner_diameter = {bore:?}")?;
+                }
             }
-            writeln!(text, "axis = {axis:?}\nlength = {length:?}\ndiameter = {diameter:?}")?;
-            if bore != 0.0 {
-                writeln!(text, "inner_diameter = {bore:?}")?;
-            }
+            MagnetShape::Cuboid(size) => writeln!(text, "size = {size:?}")?,
         }
     }
     for array in &sources.arrays {

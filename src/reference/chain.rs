@@ -242,6 +242,7 @@ impl Chain {
             | Slot::FieldOrigin(_)
             | Slot::SourcePosition(..)
             | Slot::SourceMoment(..)
+            | Slot::SourceTurn(..)
             | Slot::MapScale(_)
             | Slot::MapPosition(..)
             | Slot::WallPosition(_)

@@ -245,6 +245,7 @@ fn move_slot<D: Number>(dual: &mut DualRod<D>, slot: Slot, by: D) {
         | Slot::FieldOrigin(_)
         | Slot::SourcePosition(..)
         | Slot::SourceMoment(..)
+        | Slot::SourceTurn(..)
         | Slot::MapScale(_)
         | Slot::MapPosition(..) => unreachable!("the field is uniform"),
         Slot::Couple(..) => unreachable!("all loads have an energy"),

@@ -47,21 +47,21 @@ fn points() -> Vec<Point> {
         .collect()
 }
 
-fn norm(v: Vector) -> f64 {
+pub fn norm(v: Vector) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-fn apart(a: Vector, b: Vector) -> f64 {
+pub fn apart(a: Vector, b: Vector) -> f64 {
     norm(std::array::from_fn(|k| a[k] - b[k]))
 }
 
-fn plan(scene: &Scene, wrt: &[Parameter], precision: Precision) -> Plan {
+pub fn plan(scene: &Scene, wrt: &[Parameter], precision: Precision) -> Plan {
     let tolerance = if precision == Precision::F64 { 1e-9 } else { 2e-5 };
     let options = PlanOptions { stepper: Stepper::Dop853, steps: 16, tolerance, ..PlanOptions::default() };
     Plan::new(scene, &[], wrt, options).expect("the scene plans")
 }
 
-fn engines(scene: &Scene, wrt: &[Parameter]) -> Vec<(String, Solutions, f64)> {
+pub fn engines(scene: &Scene, wrt: &[Parameter]) -> Vec<(String, Solutions, f64)> {
     let mut all = Vec::new();
     for (precision, pose) in [(Precision::F64, 1e-8), (Precision::F32, 1e-4)] {
         let plan = plan(scene, wrt, precision);

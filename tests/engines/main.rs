@@ -14,6 +14,7 @@ mod dead_moment;
 mod dual;
 mod energy;
 mod every_engine;
+mod exact_cuboids;
 mod exact_magnets;
 mod false_folds;
 mod field_branches;

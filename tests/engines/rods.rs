@@ -1,7 +1,7 @@
 //! Random rods, and moving a rod along one of its numbers.
 #![allow(non_snake_case)]
 
-use rodsweep::model::{Axis, FlexibleRod, Rod, RodField, RodSegment, RodWall, Slot, Surface, Units};
+use rodsweep::model::{Axis, FlexibleRod, Rod, RodField, RodSegment, RodWall, Slot, SourceForm, Surface, Units};
 
 /// Every slot of a rod.
 pub fn all_slots(rod: &Rod) -> Vec<Slot> {
@@ -57,6 +57,12 @@ pub fn moved(rod: &Rod, slot: Slot, by: f64) -> Rod {
         Slot::FieldOrigin(axis) => field(&mut rod).origin[axis.index()] += by,
         Slot::SourcePosition(dipole, axis) => field(&mut rod).dipoles[dipole].position[axis.index()] += by,
         Slot::SourceMoment(dipole, axis) => field(&mut rod).dipoles[dipole].moment[axis.index()] += by,
+        Slot::SourceTurn(dipole, axis) => {
+            let turn = nalgebra::Rotation3::new(nalgebra::Vector3::ith(axis.index(), by));
+            if let SourceForm::Cuboid(cuboid) = &mut field(&mut rod).dipoles[dipole].form {
+                cuboid.edges = cuboid.edges.map(|edge| (turn * nalgebra::Vector3::from(edge)).into());
+            }
+        }
         Slot::MapScale(map) => field(&mut rod).maps[map].scale += by,
         Slot::MapPosition(map, axis) => field(&mut rod).maps[map].position[axis.index()] += by,
         Slot::WallPosition(axis) => wall(&mut rod).position[axis.index()] += by,

@@ -61,7 +61,7 @@ const EXCEPTIONS: Exceptions = Exceptions {
         ("rod/segments", &["under"], "loads of folds follow parameters on the CPU alone"),
         ("rod/source", &["rate_under"], "loads of folds follow parameters on the CPU alone"),
         ("rod/field/space", &["weaken"], "loads of folds follow parameters on the CPU alone"),
-        ("rod/field/space", &["all", "by_moment", "unit"], "cylinders are exact on the CPU alone"),
+        ("rod/field/space", &["all", "by_moment", "by_turn", "cuboid", "unit"], "magnets are exact on the CPU alone"),
         ("rod/field/crossing", &["in_world", "load", "couple"], "loads turn with the rod on the CPU alone"),
         ("rod/section", &["alike"], "crossings of curves are told in double precision alone"),
         ("rod/stability", &["new"], "the workspace"),

@@ -2,7 +2,7 @@
 
 use crate::common::texts::SCENE;
 use rodsweep::input::{InputError, assign, parse_scene, write_scene};
-use rodsweep::model::{CoilLoad, Parameter, Plan, PlanOptions, Scene, Slot};
+use rodsweep::model::{CoilLoad, MagnetShape, Parameter, Plan, PlanOptions, Scene, Slot};
 use std::path::Path;
 
 const SOURCES: &str = r#"
@@ -78,11 +78,13 @@ fn sources_are_read_and_written() {
 #[test]
 fn cylinders_keep_their_second_moment() {
     for magnet in &good().sources.magnets[1..] {
-        let body = magnet.body.expect("a cylinder");
+        let MagnetShape::Cylinder { axis, length, diameter, .. } = magnet.body.expect("a body").shape else {
+            panic!("no cylinder")
+        };
         let dipoles = magnet.dipoles();
         let share = 1.0 / dipoles.len() as f64;
         let turned = rodsweep::model::rotation_matrix(magnet.rotation);
-        let axis: [f64; 3] = std::array::from_fn(|r| (0..3).map(|c| turned[r][c] * body.axis[c]).sum());
+        let axis: [f64; 3] = std::array::from_fn(|r| (0..3).map(|c| turned[r][c] * axis[c]).sum());
         let (mut along, mut all) = (0.0, 0.0);
         for dipole in &dipoles {
             let r: [f64; 3] = std::array::from_fn(|k| dipole.position[k] - magnet.position[k]);
@@ -91,7 +93,7 @@ fn cylinders_keep_their_second_moment() {
         }
         // Up to a multiple of the unit matrix, of which a potential knows nothing.
         let across = 0.5 * (all - along);
-        let expected = body.length * body.length / 12.0 - body.diameter * body.diameter / 16.0;
+        let expected = length * length / 12.0 - diameter * diameter / 16.0;
         assert!((along - across - expected).abs() < 1e-15, "{} {along} {across} {expected}", magnet.name);
     }
 }

@@ -9,9 +9,12 @@ pub fn sources(around: Option<&Surroundings>) -> Value {
 }
 
 fn source(source: &FieldSource) -> Value {
-    let cylinder = match source.body {
-        SourceBody::Dipole => None,
-        SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder) => Some(cylinder),
+    let body = match source.body {
+        SourceBody::Dipole => Value::Null,
+        SourceBody::Cylinder(body) | SourceBody::Coil(body) => {
+            json!({ "axis": body.axis, "length": body.length, "diameter": body.diameter })
+        }
+        SourceBody::Cuboid(body) => json!({ "edges": body.edges, "size": body.size }),
     };
     json!({
         "name": source.name,
@@ -19,6 +22,6 @@ fn source(source: &FieldSource) -> Value {
         "position": source.position,
         "moment": source.moment,
         "current": source.current,
-        "body": cylinder.map(|body| json!({ "axis": body.axis, "length": body.length, "diameter": body.diameter })),
+        "body": body,
     })
 }

@@ -44,6 +44,10 @@ pub(super) fn outline(source: &FieldSource, view: &View) -> Vec<Point> {
             let rims = ends.into_iter().flat_map(|end| circle(CORNERS, end, cylinder.axis, 0.5 * cylinder.diameter));
             hull(rims.map(|point| view.place(point)).collect())
         }
+        SourceBody::Cuboid(cuboid) => {
+            let corners = cuboid.faces(view.toward).into_iter().flatten();
+            hull(corners.map(|corner| view.place(along(source.position, 1.0, corner))).collect())
+        }
     }
 }
 
@@ -65,13 +69,23 @@ pub(super) fn even_outline(source: &FieldSource, view: &View) -> Vec<Point> {
     (0..=CORNERS).filter_map(farthest).collect()
 }
 
-/// The rim of the end that the reader sees, or a share of it; `None` where there is none or it is seen from the side.
-pub(super) fn front(source: &FieldSource, view: &View, share: f64) -> Option<Vec<Point>> {
-    let (SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder)) = &source.body else { return None };
-    let [front, _] = ends(cylinder, source.position, view);
-    let rim = circle(CORNERS, front, cylinder.axis, 0.5 * share * cylinder.diameter);
-    let is_open = dot(cylinder.axis, view.toward).abs() > 0.02;
-    is_open.then(|| rim.into_iter().map(|point| view.place(point)).collect())
+/// The rim of the end that the reader sees, or a share of it, or the faces of a cuboid; nothing where there is none or it is seen from
+/// the side.
+pub(super) fn fronts(source: &FieldSource, view: &View, share: f64) -> Vec<Vec<Point>> {
+    let placed = |points: Vec<Vector>| points.into_iter().map(|point| view.place(point)).collect();
+    match &source.body {
+        SourceBody::Dipole => Vec::new(),
+        SourceBody::Cuboid(cuboid) => {
+            let faces = cuboid.faces(view.toward).into_iter();
+            faces.map(|face| placed(face.map(|corner| along(source.position, 1.0, corner)).into())).collect()
+        }
+        SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder) => {
+            let [front, _] = ends(cylinder, source.position, view);
+            let rim = circle(CORNERS, front, cylinder.axis, 0.5 * share * cylinder.diameter);
+            let is_open = dot(cylinder.axis, view.toward).abs() > 0.02;
+            is_open.then(|| placed(rim)).into_iter().collect()
+        }
+    }
 }
 
 /// Of a source's body.
@@ -83,10 +97,11 @@ pub(super) fn colour(source: &FieldSource) -> Colour {
 pub(super) fn draw(canvas: &mut Canvas, view: &View, source: &FieldSource, extent: f64) {
     let fill = colour(source);
     canvas.polygon(outline(source, view), Some(fill.with_alpha(0.75)), Some(RIM));
-    if let Some(ring) = front(source, view, 1.0) {
-        canvas.polygon(ring, Some(fill.mix(Colour::WHITE, 0.35).with_alpha(0.75)), Some(RIM));
+    for (k, face) in fronts(source, view, 1.0).into_iter().enumerate() {
+        let light = if k == 0 { fill.mix(Colour::WHITE, 0.35) } else { fill };
+        canvas.polygon(face, Some(light.with_alpha(0.75)), Some(RIM));
     }
-    if let Some(bore) = front(source, view, BORE).filter(|_| source.is_coil()) {
+    for bore in fronts(source, view, BORE).into_iter().filter(|_| source.is_coil()) {
         canvas.polygon(bore, Some(Colour::WHITE.with_alpha(0.8)), Some(RIM));
     }
     if let Some(moment) = moment_arrow(source, extent) {
@@ -106,6 +121,7 @@ pub(super) fn moment_arrow(source: &FieldSource, extent: f64) -> Option<Vector> 
             let share = dot(direction, body.axis).abs();
             body.length * share + body.diameter * (1.0 - share * share).max(0.0).sqrt()
         }
+        SourceBody::Cuboid(body) => body.extent(direction),
     };
     Some(scaled(moment, (ARROW * across).max(LEAST_ARROW * extent)))
 }

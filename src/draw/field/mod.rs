@@ -16,5 +16,5 @@ mod tests;
 
 pub(super) use scenery::Scenery;
 pub(super) use sources::widened;
-pub use sources::{Cylinder, FieldSource, GridBox, SourceBody, Surroundings};
+pub use sources::{Cuboid, Cylinder, FieldSource, GridBox, SourceBody, Surroundings};
 pub use space::{FieldLine, LinePlace};

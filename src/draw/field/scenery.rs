@@ -75,7 +75,7 @@ impl<'a> Scenery<'a> {
     pub fn draw_moved(&self, canvas: &mut Canvas, view: &View, source: &FieldSource, colour: Colour, is_whole: bool) {
         let at = view.place(source.position);
         if is_whole {
-            for mut line in bodies::front(source, view, 1.0).into_iter().chain([bodies::outline(source, view)]) {
+            for mut line in bodies::fronts(source, view, 1.0).into_iter().chain([bodies::outline(source, view)]) {
                 line.extend(line.first().copied());
                 canvas.clipped_line(line, Stroke::new(colour, 0.9), view.rect);
             }

@@ -3,7 +3,8 @@
 use super::super::colour::Colour;
 use super::super::vectors::{along, bounds, distance, dot, middle, minus, nonzero, norm, plus, scaled, widest};
 use crate::model::{
-    CoilArray, FieldMap, FieldSources, Magnet, Parameter, RodField, Scene, UnitDipole, Vector, rotation_matrix,
+    CoilArray, FieldMap, FieldSources, Magnet, MagnetShape, Parameter, RodField, Scene, UnitDipole, Vector,
+    rotation_matrix,
 };
 use std::sync::Arc;
 
@@ -57,6 +58,8 @@ pub enum SourceBody {
     Dipole,
     /// A magnet.
     Cylinder(Cylinder),
+    /// A magnet.
+    Cuboid(Cuboid),
     /// Coils have no size in a scene: they are drawn the larger the farther away they are.
     Coil(Cylinder),
 }
@@ -70,6 +73,15 @@ pub struct Cylinder {
     pub length: f64,
     /// In m
     pub diameter: f64,
+}
+
+/// A cuboid about a source's middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cuboid {
+    /// Directions of its edges, of length one, world frame.
+    pub edges: [Vector; 3],
+    /// Their lengths (m)
+    pub size: Vector,
 }
 
 /// Where a field is sampled.
@@ -191,6 +203,7 @@ impl FieldSource {
         let half = match self.body {
             SourceBody::Dipole => [0.0; 3],
             SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder) => cylinder.half_extent(),
+            SourceBody::Cuboid(cuboid) => cuboid.half_extent(),
         };
         std::array::from_fn(|k| [self.position[k] - half[k], self.position[k] + half[k]])
     }
@@ -201,6 +214,7 @@ impl FieldSource {
         match self.body {
             SourceBody::Dipole => norm(r) < 0.25 * self.clearance.unwrap_or_default(),
             SourceBody::Cylinder(cylinder) | SourceBody::Coil(cylinder) => cylinder.holds(r),
+            SourceBody::Cuboid(cuboid) => cuboid.holds(r),
         }
     }
 
@@ -223,13 +237,48 @@ impl Cylinder {
     }
 }
 
+impl Cuboid {
+    /// Its extent along a direction of length one (m)
+    pub(super) fn extent(&self, direction: Vector) -> f64 {
+        (0..3).map(|k| self.size[k] * dot(self.edges[k], direction).abs()).sum()
+    }
+
+    fn half_extent(&self) -> Vector {
+        std::array::from_fn(|k| 0.5 * self.extent(std::array::from_fn(|j| f64::from(u8::from(j == k)))))
+    }
+
+    /// Whether it holds a point, seen from its middle.
+    fn holds(&self, r: Vector) -> bool {
+        (0..3).all(|k| dot(self.edges[k], r).abs() <= 0.5 * self.size[k])
+    }
+
+    /// Corners in turn of the faces that a reader sees who looks against a direction, from its middle; the first faces him most.
+    pub(super) fn faces(&self, toward: Vector) -> Vec<[Vector; 4]> {
+        let mut seen: Vec<usize> = (0..3).filter(|k| dot(self.edges[*k], toward).abs() > 0.02).collect();
+        seen.sort_by(|a, b| dot(self.edges[*b], toward).abs().total_cmp(&dot(self.edges[*a], toward).abs()));
+        let face = |k: usize| {
+            let side = 0.5 * dot(self.edges[k], toward).signum();
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let middle = along([0.0; 3], side * self.size[k], self.edges[k]);
+            [(0.5, 0.5), (0.5, -0.5), (-0.5, -0.5), (-0.5, 0.5)]
+                .map(|(a, b)| along(along(middle, a * self.size[i], self.edges[i]), b * self.size[j], self.edges[j]))
+        };
+        seen.into_iter().map(face).collect()
+    }
+}
+
 fn of_magnet(magnet: &Magnet) -> FieldSource {
     let dipoles = magnet.dipoles();
     let turned = rotation_matrix(magnet.rotation);
-    let body = magnet.body.map_or(SourceBody::Dipole, |body| {
-        let axis = turned.map(|row| dot(row, body.axis));
-        SourceBody::Cylinder(Cylinder { axis, length: body.length, diameter: body.diameter })
-    });
+    let body = match magnet.body.map(|body| body.shape) {
+        None => SourceBody::Dipole,
+        Some(MagnetShape::Cylinder { axis, length, diameter, .. }) => {
+            SourceBody::Cylinder(Cylinder { axis: turned.map(|row| dot(row, axis)), length, diameter })
+        }
+        Some(MagnetShape::Cuboid(size)) => {
+            SourceBody::Cuboid(Cuboid { edges: [0, 1, 2].map(|k| turned.map(|row| row[k])), size })
+        }
+    };
     FieldSource {
         name: magnet.name.clone(),
         body,
@@ -239,7 +288,7 @@ fn of_magnet(magnet: &Magnet) -> FieldSource {
         coil: None,
         is_swept: false,
         dipoles: dipoles.iter().map(|dipole| dipole.position).collect(),
-        // That of an exact cylinder is about its surface, which is drawn.
+        // That of an exact magnet is about its surface, which is drawn.
         clearance: (!magnet.is_exact()).then_some(magnet.clearance),
     }
 }

@@ -140,8 +140,9 @@ fn parts(slot: Slot) -> (usize, usize, usize) {
         Slot::FieldOrigin(axis) => at(17, axis),
         Slot::SourcePosition(source, axis) => (18, source, axis.index()),
         Slot::SourceMoment(source, axis) => (19, source, axis.index()),
-        // Plans of a field sampled on a grid, of a wall and of couples inside of the rod are refused; these move nothing, as the base does.
+        // Plans of a field sampled on a grid, of an exact magnet, of a wall and of couples inside of the rod are refused; these move nothing, as the base does.
         Slot::Couple(_, axis)
+        | Slot::SourceTurn(_, axis)
         | Slot::MapPosition(_, axis)
         | Slot::WallPosition(axis)
         | Slot::WallRotation(axis)

@@ -3,7 +3,7 @@
 //! In the units of the chain, positions from the base; the constant mu0 / 4 pi is one there.
 
 use super::map::Map;
-use crate::model::{CoilLoad, Cylinder, RodField, Slot, Units, gradient_matrix};
+use crate::model::{CoilLoad, Cuboid, Cylinder, RodField, Slot, SourceForm, Units, gradient_matrix, other_axes};
 use crate::reference::chain::matrix;
 use nalgebra::{Matrix3, Vector3};
 
@@ -26,8 +26,8 @@ pub(super) struct Dipole {
     pub X: Vector3<f64>,
     pub M: Vector3<f64>,
     pub clearance: f64,
-    /// A cylinder along M, in place of a point.
-    pub cylinder: Option<Cylinder>,
+    /// Its form; a cylinder lies along M.
+    pub form: SourceForm,
 }
 
 /// B0 + G (x - x0) + the fields of dipoles.
@@ -51,6 +51,8 @@ pub(super) struct FieldChange {
     dorigin: Vector3<f64>,
     /// One dipole of the field.
     of_dipole: Option<(usize, Dipole)>,
+    /// A rotation of the edges of one dipole that is a cuboid.
+    of_edges: Option<(usize, Vector3<f64>)>,
     /// Scale and position of one map.
     of_map: Option<(usize, f64, Vector3<f64>)>,
 }
@@ -58,8 +60,10 @@ pub(super) struct FieldChange {
 impl Dipole {
     /// B at a distance r from it.
     fn B(&self, r: Vector3<f64>) -> Vector3<f64> {
-        if let Some(cylinder) = &self.cylinder {
-            return Vector3::from(cylinder.field(self.M.into(), r.into()).0);
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => return cylinder.field(self.M.into(), r.into()).0.into(),
+            SourceForm::Cuboid(cuboid) => return cuboid.field(self.M.into(), r.into()).0.into(),
+            SourceForm::Point => {}
         }
         let r2 = r.norm_squared();
         (3.0 * self.M.dot(&r) / r2 * r - self.M) / r2.powf(1.5) // F0
@@ -67,8 +71,10 @@ impl Dipole {
 
     /// The gradient of its field.
     fn G(&self, r: Vector3<f64>) -> Matrix3<f64> {
-        if let Some(cylinder) = &self.cylinder {
-            return matrix(&cylinder.field(self.M.into(), r.into()).1);
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => return matrix(&cylinder.field(self.M.into(), r.into()).1),
+            SourceForm::Cuboid(cuboid) => return matrix(&cuboid.field(self.M.into(), r.into()).1),
+            SourceForm::Point => {}
         }
         let (M, r2) = (self.M, r.norm_squared());
         let b = M.dot(&r);
@@ -78,8 +84,10 @@ impl Dipole {
 
     /// Second derivatives of mu . B.
     fn T3(&self, r: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
-        if let Some(cylinder) = &self.cylinder {
-            return self.T3_of_cylinder(cylinder, r, mu);
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => return self.T3_of_cylinder(cylinder, r, mu),
+            SourceForm::Cuboid(cuboid) => return self.T3_of_cuboid(cuboid, r, mu),
+            SourceForm::Point => {}
         }
         let (M, r2) = (self.M, r.norm_squared());
         let (a, b, c) = (mu.dot(&r), M.dot(&r), mu.dot(&M));
@@ -107,19 +115,47 @@ impl Dipole {
         -self.M.norm() * (in_plane + with_axis + outer(mixed, axis) + along)
     }
 
-    /// Distance of a straight piece from it, or from the surface of its cylinder.
+    /// Second derivatives of mu . B of a cuboid: the fourth of the mean of 1 / r over its volume, times both moments. F13
+    fn T3_of_cuboid(&self, cuboid: &Cuboid, r: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
+        let axes = matrix(&cuboid.axes());
+        let (u, v) = (axes * self.M, axes * mu);
+        let of = cuboid.derivatives((axes * r).into());
+        // The entry of four indices, by how often each axis is among them.
+        let entry = |indices: [usize; 4]| {
+            let times = [0, 1, 2].map(|axis| indices.iter().filter(|index| **index == axis).count());
+            let most = (0..3).max_by_key(|axis| times[*axis]).unwrap_or(0);
+            let [j, k] = other_axes(most);
+            let other = if times[j] > 0 { j } else { k };
+            match times[most] {
+                4 => of.iiii[most],
+                3 => of.iiij[most][other],
+                _ if times[j] == 1 => of.iijk[most],
+                _ => of.iijj[3 - most - other],
+            }
+        };
+        let all =
+            |a: usize, b: usize| -> f64 { (0..9).map(|n| entry([a, b, n / 3, n % 3]) * u[n / 3] * v[n % 3]).sum() };
+        axes.transpose() * Matrix3::from_fn(all) * axes
+    }
+
+    /// Distance of a straight piece from it, or from the surface of its form.
     fn distance(&self, from: Vector3<f64>, along: Vector3<f64>) -> f64 {
         let r = from - self.X;
-        if let Some(cylinder) = &self.cylinder {
-            return of_cylinder(cylinder, self.M.normalize(), (r, along));
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => {
+                let axis = self.M.normalize().into();
+                return least_on(|share| cylinder.distance(axis, (r + share * along).into()));
+            }
+            SourceForm::Cuboid(cuboid) => return least_on(|share| cuboid.distance((r + share * along).into())),
+            SourceForm::Point => {}
         }
         let share = (-r.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         (r + share * along).norm()
     }
 
-    /// Changes of B and of the force on mu at a distance r by a change of the moment; a cylinder turns with its moment.
+    /// Changes of B and of the force on mu at a distance r by a change of the moment; a cylinder turns with its moment, a cuboid does not.
     fn by_moment(&self, dM: Vector3<f64>, r: Vector3<f64>, mu: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        if self.cylinder.is_none() {
+        if !matches!(self.form, SourceForm::Cylinder(_)) {
             let grown = Self { M: dM, ..*self };
             return (grown.B(r), grown.G(r) * mu);
         }
@@ -141,7 +177,7 @@ impl Field {
             X: place(dipole.position),
             M: Vector3::from(dipole.moment) / units.source_moment(),
             clearance: dipole.clearance / units.length,
-            cylinder: dipole.cylinder.map(|cylinder| cylinder.scaled(units.length)),
+            form: dipole.form.scaled(units.length),
         };
         let line = || {
             let each = |(x, weight): &(f64, f64)| [-1.0, 1.0].map(|side| (0.5 + 0.5 * side * x, 0.5 * weight));
@@ -211,6 +247,15 @@ impl Field {
             dB += by_B - dipole.G(r) * d.X;
             dF += by_F - dipole.T3(r, mu) * d.X;
         }
+        if let Some((k, w)) = change.of_edges {
+            let dipole = self.dipoles[k];
+            let r = x - dipole.X;
+            let (B, G) = (dipole.B(r), dipole.G(r));
+            // Turned with its moment it has the field that it had, turned; then its moment goes back.
+            let (by_B, by_F) = dipole.by_moment(w.cross(&dipole.M), r, mu);
+            dB += w.cross(&B) - G * w.cross(&r) - by_B;
+            dF += w.cross(&(G * mu)) - G * w.cross(&mu) - dipole.T3(r, mu) * w.cross(&r) - by_F;
+        }
         if let Some((k, scale, dX)) = change.of_map {
             let map = &self.maps[k];
             dB += scale * map.B(x) - map.scale * map.G(x) * dX;
@@ -236,10 +281,9 @@ impl Field {
     }
 }
 
-/// Distance of a straight piece from the surface of a cylinder about the origin: along a line that of what is convex has one least value.
-fn of_cylinder(cylinder: &Cylinder, axis: Vector3<f64>, (from, along): (Vector3<f64>, Vector3<f64>)) -> f64 {
+/// The least distance on a straight piece: along a line that of what is convex has one least value.
+fn least_on(at: impl Fn(f64) -> f64) -> f64 {
     const CUTS: usize = 40;
-    let at = |share: f64| cylinder.distance(axis.into(), (from + share * along).into());
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..CUTS {
         let third = (high - low) / 3.0;
@@ -265,6 +309,7 @@ impl FieldChange {
                 change.of_dipole = Some((k, Dipole { X: unit(axis), ..Dipole::default() }))
             }
             Slot::SourceMoment(k, axis) => change.of_dipole = Some((k, Dipole { M: unit(axis), ..Dipole::default() })),
+            Slot::SourceTurn(k, axis) => change.of_edges = Some((k, unit(axis))),
             Slot::MapScale(k) => change.of_map = Some((k, 1.0, Vector3::zeros())),
             Slot::MapPosition(k, axis) => change.of_map = Some((k, 0.0, unit(axis))),
             _ => {}

@@ -3,7 +3,7 @@
 use super::field::Field;
 use super::wall::Wall;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
-use rodsweep::model::{FlexibleRod, Rod, RodSegment};
+use rodsweep::model::{FlexibleRod, Rod, RodSegment, SourceForm};
 
 /// Elements of a stretch at least.
 const LEAST_ELEMENTS: usize = 3;
@@ -80,10 +80,9 @@ fn is_known(rod: &Rod) -> bool {
     // Stability of a rod under a dead moment, without the arm of forces, in a field that varies is a matter of convention.
     let is_odd = has_moment && !rod.rigid_force_arm && rod.field.is_some();
     let is_odd_at_wall = rod.wall.is_some() && (has_moment || !rod.rigid_force_arm);
-    let is_field_known = rod
-        .field
-        .as_ref()
-        .is_none_or(|field| field.maps.is_empty() && field.dipoles.iter().all(|dipole| dipole.cylinder.is_none()));
+    let is_field_known = rod.field.as_ref().is_none_or(|field| {
+        field.maps.is_empty() && field.dipoles.iter().all(|dipole| dipole.form == SourceForm::Point)
+    });
     let has_no_energy =
         |segment: &RodSegment| matches!(segment, RodSegment::Rigid(of) if of.follows || of.couple != [0.0; 3]);
     !is_odd && !is_odd_at_wall && is_field_known && !rod.segments.iter().any(has_no_energy)

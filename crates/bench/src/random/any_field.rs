@@ -7,7 +7,9 @@ use super::limp::limp_scene;
 use super::numbers::Random;
 use super::sampled::{map_file, map_text, sampled_scene};
 use super::walls::walled_scene;
-use rodsweep::model::{CoilArray, CoilLoad, FieldSources, MU0_OVER_4PI, Magnet, MagnetBody, Scene, UnitDipole, Vector};
+use rodsweep::model::{
+    CoilArray, CoilLoad, FieldSources, MU0_OVER_4PI, Magnet, MagnetBody, MagnetShape, Scene, UnitDipole, Vector,
+};
 use rodsweep::model::{DEFAULT_CLEARANCE, rotation_matrix};
 use rodsweep::spec::AxisSpec;
 
@@ -134,14 +136,12 @@ impl Around<'_> {
         let (distance, size) = self.source();
         let axis = self.random.direction();
         let is_body = self.random.chance(0.5);
-        let body = is_body.then(|| MagnetBody {
-            axis,
-            length: distance * self.random.between(0.03, 0.3),
-            diameter: distance * self.random.between(0.03, 0.3),
-            bore: 0.0,
-            is_exact: false,
+        let shape = is_body.then(|| {
+            let [length, diameter] = [0; 2].map(|_| distance * self.random.between(0.03, 0.3));
+            MagnetShape::Cylinder { axis, length, diameter, bore: 0.0 }
         });
-        let clearance = body.map_or(DEFAULT_CLEARANCE, |body| 0.5 * body.length.max(body.diameter));
+        let body = shape.map(|shape| MagnetBody { shape, is_exact: false });
+        let clearance = shape.map_or(DEFAULT_CLEARANCE, |shape| 0.5 * shape.extent());
         Magnet {
             name: format!("magnet{}", number + 1),
             position: self.place(distance),

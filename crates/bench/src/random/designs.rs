@@ -2,9 +2,9 @@
 
 use super::numbers::Random;
 use rodsweep::model::{
-    Axis, Base, Coil, CoilLoad, CoilWinding, Density, FieldSources, Flexible, Loads, Magnet, MagnetBody, Parameter,
-    Profile, Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, SegmentParameter, ShearElasticity, Stiffness,
-    Vector,
+    Axis, Base, Coil, CoilLoad, CoilWinding, Density, FieldSources, Flexible, Loads, Magnet, MagnetBody, MagnetShape,
+    Parameter, Profile, Rigid, STANDARD_GRAVITY, Scene, Segment, SegmentKind, SegmentParameter, ShearElasticity,
+    Stiffness, Vector,
 };
 use rodsweep::spec::{AxisSpec, Distribution};
 use std::f64::consts::PI;
@@ -225,13 +225,9 @@ fn outside(scene: &Scene, random: &mut Random) -> FieldSources {
     let length = scene.total_length();
     let distance = random.between(0.6, 2.0) * length.max(0.06);
     let angle = random.within(0.0, 2.0 * PI);
-    let body = MagnetBody {
-        axis: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][(random.unit() * 2.999) as usize],
-        length: distance * random.between(0.2, 0.5),
-        diameter: distance * random.between(0.2, 0.5),
-        bore: 0.0,
-        is_exact: false,
-    };
+    let axis = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]][(random.unit() * 2.999) as usize];
+    let [length_of_magnet, diameter] = [0; 2].map(|_| distance * random.between(0.2, 0.5));
+    let shape = MagnetShape::Cylinder { axis, length: length_of_magnet, diameter, bore: 0.0 };
     let place = [distance * angle.cos(), distance * angle.sin(), random.within(0.3, 1.3) * length];
     let rotation = rodsweep::model::rotation_matrix(scene.base.rotation);
     let position =
@@ -239,11 +235,11 @@ fn outside(scene: &Scene, random: &mut Random) -> FieldSources {
     let magnet = Magnet {
         name: "arm".into(),
         position,
-        moment: body.moment(REMANENCE),
+        moment: shape.moment(REMANENCE, axis),
         rotation: [0.0; 3],
         strength: 1.0,
-        body: Some(body),
-        clearance: 0.5 * body.length.max(body.diameter),
+        body: Some(MagnetBody { shape, is_exact: false }),
+        clearance: 0.5 * shape.extent(),
     };
     let coil_load = if random.chance(0.3) { CoilLoad::Middle } else { CoilLoad::Distributed };
     FieldSources { magnets: vec![magnet], coil_load, ..FieldSources::default() }

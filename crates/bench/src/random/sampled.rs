@@ -2,7 +2,9 @@
 
 use super::any_scene::{FIELD, any_scene};
 use super::numbers::Random;
-use rodsweep::model::{CoilLoad, FieldDipole, FieldMap, FieldSources, MU0_OVER_4PI, MapGrid, RodField, Scene, Vector};
+use rodsweep::model::{
+    CoilLoad, FieldDipole, FieldMap, FieldSources, MU0_OVER_4PI, MapGrid, RodField, Scene, SourceForm, Vector,
+};
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -79,7 +81,7 @@ impl Nodes {
                 position: std::array::from_fn(|k| base[k] + distance * at[k]),
                 moment: moment.map(|x| x * size),
                 clearance: 0.0,
-                cylinder: None,
+                form: SourceForm::Point,
             });
         }
         let counts = [0; 3].map(|_| random.between(NODES.0, NODES.1) as usize);

@@ -6,7 +6,7 @@ use super::record::{
     record_offsets, wall_offset,
 };
 use super::{
-    Axis, CoilWinding, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, Frame, InnerLoad, LoadPlace,
+    Axis, CoilWinding, Cuboid, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, Frame, InnerLoad, LoadPlace,
     MagnetParameter, Parameter, Rigid, Rod, RodField, RodSegment, Scene, SegmentKind, SegmentParameter, ShearAxis,
     StiffnessAxis, WallParameter,
 };
@@ -67,7 +67,9 @@ pub(super) fn touched_entries(parameter: Parameter, scene: &Scene, rod: &Rod, sw
         Parameter::FieldOrigin(axis) => vec![field_offset(&rod.segments) + 5 + axis.index()],
         Parameter::Magnet(magnet, _) => {
             let first = scene.sources.magnet_dipole(magnet);
-            source_entries(rod, first..scene.sources.magnet_dipole(magnet + 1), 0)
+            let mut entries = source_entries(rod, first..scene.sources.magnet_dipole(magnet + 1), 0);
+            entries.extend(cuboid_entries(rod, first));
+            entries
         }
         Parameter::ArrayCurrent(array, coil) => {
             let first = scene.sources.coil_dipole(array, coil);
@@ -108,6 +110,14 @@ fn source_entries(rod: &Rod, dipoles: Range<usize>, from: usize) -> Vec<usize> {
     let start = field_offset(&rod.segments) + FIELD_RECORD;
     let of = |dipole: usize| (from..FIELD_DIPOLE_RECORD).map(move |k| start + FIELD_DIPOLE_RECORD * dipole + k);
     dipoles.flat_map(of).collect()
+}
+
+/// The edges of a source, where it is a cuboid.
+fn cuboid_entries(rod: &Rod, dipole: usize) -> Range<usize> {
+    let Some(field) = rod.field.as_ref().filter(|field| field.dipoles[dipole].form.is_cuboid()) else { return 0..0 };
+    let before = field.dipoles[..dipole].iter().filter(|of| of.form.is_cuboid()).count();
+    let start = field_offset(&rod.segments) + field.cuboid_record() + Cuboid::RECORD * before;
+    start..start + Cuboid::RECORD
 }
 
 /// Some entries of a field sampled on a grid.

@@ -1,7 +1,7 @@
 //! A field that varies in space: a linear part, external magnets and arrays of coils, added to the uniform field. F0
 
 use super::rotation::{multiply, rotation_matrix};
-use super::{Axis, Cylinder, FieldDipole, FieldMap, Matrix, RodField, Vector};
+use super::{Axis, Cuboid, Cylinder, FieldDipole, FieldMap, Matrix, RodField, SourceForm, Vector};
 use std::f64::consts::PI;
 
 /// Magnetic constant over 4 pi (T·m/A)
@@ -64,25 +64,37 @@ pub struct Magnet {
     pub rotation: Vector,
     /// Factor of the moment.
     pub strength: f64,
-    /// A cylinder; `None`: a dipole, or a sphere.
+    /// Its form; `None`: a dipole, or a sphere.
     pub body: Option<MagnetBody>,
-    /// No part of the rod may come nearer to one of its dipoles, or to the surface of an exact cylinder (m)
+    /// No part of the rod may come nearer to one of its dipoles, or to the surface of an exact magnet (m)
     pub clearance: f64,
 }
 
-/// A cylinder or a ring that is magnetised evenly.
+/// A magnet with a size, magnetised evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagnetBody {
-    /// Its axis before it is turned, of length one.
-    pub axis: Vector,
-    /// In m
-    pub length: f64,
-    /// In m
-    pub diameter: f64,
-    /// Diameter of the hole along the axis of a ring (m); 0: it has none.
-    pub bore: f64,
-    /// Whether its field is that of the cylinder, or of the dipoles that have its second moment.
+    /// Its form, before it is turned.
+    pub shape: MagnetShape,
+    /// Whether its field is that of its shape, or of the dipoles that have its second moment.
     pub is_exact: bool,
+}
+
+/// Forms that data sheets of magnets list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MagnetShape {
+    /// A cylinder or a ring.
+    Cylinder {
+        /// Of length one.
+        axis: Vector,
+        /// In m
+        length: f64,
+        /// In m
+        diameter: f64,
+        /// Diameter of the hole along the axis of a ring (m); 0: it has none.
+        bore: f64,
+    },
+    /// A cuboid with edges along x, y and z of these lengths (m)
+    Cuboid(Vector),
 }
 
 /// Coils with currents of their own.
@@ -252,11 +264,12 @@ impl Magnet {
 
     /// Places of its dipoles from its centre before it is turned: those of its second moment. F0
     pub(super) fn offsets(&self) -> Vec<Vector> {
-        let Some(MagnetBody { axis, length, diameter, bore, is_exact: false }) = self.body else {
+        let Some(MagnetBody { shape, is_exact: false }) = self.body else {
             return vec![[0.0; 3]];
         };
-        let along = length * length / 12.0 - (diameter * diameter + bore * bore) / 16.0;
         let scaled = |v: Vector, by: f64| v.map(|x| x * by);
+        let MagnetShape::Cylinder { axis, length, diameter, bore } = shape else { return shape.dipoles() };
+        let along = length * length / 12.0 - (diameter * diameter + bore * bore) / 16.0;
         if along >= 0.0 {
             let d = along.sqrt();
             return vec![scaled(axis, d), scaled(axis, -d)];
@@ -266,14 +279,19 @@ impl Magnet {
         vec![scaled(one, e), scaled(one, -e), scaled(other, e), scaled(other, -e)]
     }
 
-    /// Whether its field is that of its cylinder.
+    /// Whether its field is that of its shape.
     pub fn is_exact(&self) -> bool {
         self.body.is_some_and(|body| body.is_exact)
     }
 
+    /// Whether it is a cylinder or a ring with its exact field: its moment shows where its axis points.
+    pub fn is_exact_cylinder(&self) -> bool {
+        self.body.is_some_and(|body| body.is_exact && matches!(body.shape, MagnetShape::Cylinder { .. }))
+    }
+
     /// Its strength; that of an exact cylinder is never nothing, for its moment shows where its axis points.
     fn shown_strength(&self) -> f64 {
-        if self.is_exact() && self.strength.abs() < LEAST_STRENGTH { LEAST_STRENGTH } else { self.strength }
+        if self.is_exact_cylinder() && self.strength.abs() < LEAST_STRENGTH { LEAST_STRENGTH } else { self.strength }
     }
 
     /// How many dipoles stand for it.
@@ -285,23 +303,56 @@ impl Magnet {
     pub fn dipoles(&self) -> Vec<FieldDipole> {
         let (turned, offsets) = (self.turned(), self.offsets());
         let share = self.shown_strength() / offsets.len() as f64;
-        let exact = self.body.filter(|body| body.is_exact);
-        let cylinder = exact.map(|body| Cylinder::new(body.length, [body.diameter, body.bore], self.clearance));
+        let form = match self.body.filter(|body| body.is_exact).map(|body| body.shape) {
+            None => SourceForm::Point,
+            Some(MagnetShape::Cylinder { length, diameter, bore, .. }) => {
+                SourceForm::Cylinder(Cylinder::new(length, [diameter, bore], self.clearance))
+            }
+            Some(MagnetShape::Cuboid(size)) => SourceForm::Cuboid(Cuboid::new(size, &turned)),
+        };
         let moment = rotate(&turned, self.moment).map(|x| x * share);
         let dipole = |offset: &Vector| {
             let offset = rotate(&turned, *offset);
             let position = std::array::from_fn(|k| self.position[k] + offset[k]);
-            FieldDipole { position, moment, clearance: self.clearance, cylinder }
+            FieldDipole { position, moment, clearance: self.clearance, form }
         };
         offsets.iter().map(dipole).collect()
     }
 }
 
-impl MagnetBody {
-    /// Moment of a cylinder or a ring of this remanence (T): Br V / mu0 along its axis (A·m²)
-    pub fn moment(&self, remanence: f64) -> Vector {
-        let volume = PI / 4.0 * (self.diameter * self.diameter - self.bore * self.bore) * self.length;
-        self.axis.map(|x| x * remanence * volume / (4.0 * PI * MU0_OVER_4PI))
+impl MagnetShape {
+    /// In m³
+    pub fn volume(&self) -> f64 {
+        match self {
+            Self::Cylinder { length, diameter, bore, .. } => PI / 4.0 * (diameter * diameter - bore * bore) * length,
+            Self::Cuboid(size) => size.iter().product(),
+        }
+    }
+
+    /// Moment by a remanence (T): Br V / mu0 along a direction of length one (A·m²)
+    pub fn moment(&self, remanence: f64, direction: Vector) -> Vector {
+        direction.map(|x| x * remanence * self.volume() / (4.0 * PI * MU0_OVER_4PI))
+    }
+
+    /// Its largest extent along or across its axis, or along an edge (m)
+    pub fn extent(&self) -> f64 {
+        match self {
+            Self::Cylinder { length, diameter, .. } => length.max(*diameter),
+            Self::Cuboid(size) => size.iter().copied().fold(0.0, f64::max),
+        }
+    }
+
+    /// Places of the dipoles of a cuboid: along the edges that are longer than the shortest.
+    fn dipoles(&self) -> Vec<Vector> {
+        let Self::Cuboid(size) = self else { return vec![[0.0; 3]] };
+        let shortest = size.iter().copied().fold(f64::INFINITY, f64::min);
+        let longer: Vec<usize> = (0..3).filter(|k| size[*k] > shortest).collect();
+        let place = |axis: usize, side: f64| -> Vector {
+            let away = (longer.len() as f64 * (size[axis] * size[axis] - shortest * shortest) / 12.0).sqrt();
+            std::array::from_fn(|k| if k == axis { side * away } else { 0.0 })
+        };
+        let all: Vec<Vector> = longer.iter().flat_map(|axis| [1.0, -1.0].map(|side| place(*axis, side))).collect();
+        if all.is_empty() { vec![[0.0; 3]] } else { all }
     }
 }
 
@@ -313,7 +364,7 @@ impl CoilArray {
                 position: dipole.position,
                 moment: dipole.moment_per_ampere.map(|x| x * current),
                 clearance: self.clearance,
-                cylinder: None,
+                form: SourceForm::Point,
             })
         })
     }

@@ -30,9 +30,9 @@ pub(super) fn all(sources: &FieldSources) -> Vec<Parameter> {
     for magnet in 0..sources.magnets.len() {
         let vectors: [fn(Axis) -> MagnetParameter; 3] = [M::Position, M::Moment, M::Rotation];
         // The moment of an exact cylinder stays along its axis: `strength` and `rotation` change it.
-        let is_exact = sources.magnets[magnet].is_exact();
+        let is_along = sources.magnets[magnet].is_exact_cylinder();
         let components = vectors.iter().flat_map(|vector| Axis::ALL.map(vector));
-        let components = components.filter(|number| !(is_exact && matches!(number, M::Moment(_))));
+        let components = components.filter(|number| !(is_along && matches!(number, M::Moment(_))));
         all.extend(components.chain([M::Strength]).map(|parameter| P::Magnet(magnet, parameter)));
     }
     for (array, coils) in sources.arrays.iter().enumerate() {
@@ -129,8 +129,13 @@ fn magnet_chain(sources: &FieldSources, index: usize, parameter: MagnetParameter
         M::Rotation(axis) => {
             let jacobian = rotation_jacobian(magnet.rotation);
             let moment = scaled(rotate(&turned, magnet.moment), magnet.strength * share);
+            let turn: Vector = std::array::from_fn(|row| jacobian[row][axis.index()]);
+            let turns_edges = magnet.is_exact() && !magnet.is_exact_cylinder();
             each(&|dipole, offset| {
                 let mut chain = along(Slot::SourceMoment, dipole, turning(&jacobian, axis, moment));
+                if turns_edges {
+                    chain.extend(along(Slot::SourceTurn, dipole, turn));
+                }
                 chain.extend(along(Slot::SourcePosition, dipole, turning(&jacobian, axis, rotate(&turned, offset))));
                 chain
             })

@@ -8,6 +8,7 @@ mod batch;
 mod blocks;
 mod coil;
 mod column_size;
+mod cuboid;
 mod cylinder;
 mod dependence;
 mod end_curvature;
@@ -50,11 +51,12 @@ pub use anchors::{ANCHOR_STRIDE, Anchor, AnchorAxis, Anchors, MOST_ANCHOR_AXES, 
 pub use blocks::{BLOCK, Blocks};
 pub use coil::{Coil, CoilWinding};
 pub use column_size::{ColumnNoise, SMALL_COLUMN, natural_size};
+pub use cuboid::{Cuboid, Derivatives, others as other_axes};
 pub use cylinder::{Cylinder, Slopes};
 pub use end_curvature::{base_curvature, base_curvature_rate, tip_curvature};
 pub use field::{
-    CoilArray, CoilLoad, DEFAULT_CLEARANCE, FieldSources, GradientEntry, MU0_OVER_4PI, Magnet, MagnetBody, UnitDipole,
-    gradient_matrix, mri_gradient,
+    CoilArray, CoilLoad, DEFAULT_CLEARANCE, FieldSources, GradientEntry, MU0_OVER_4PI, Magnet, MagnetBody, MagnetShape,
+    UnitDipole, gradient_matrix, mri_gradient,
 };
 pub use field_map::{FieldMap, LEAST_MAP_NODES, MapFit, MapGrid, MapPlace, RodMap};
 pub use field_parameter::MagnetParameter;
@@ -69,7 +71,7 @@ pub use recipe::{RecipeMethod, SampleRecipe};
 pub use record::{BASE_RECORD, FLEXIBLE_RECORD, RIGID_RECORD, record_offsets};
 pub use rest_shape::REST_POSE;
 pub use rod::{FlexibleRod, RigidRod, Rod, RodSegment, Slot};
-pub use rod_field::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, FieldDipole, RodField};
+pub use rod_field::{FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, FieldDipole, RodField, SourceForm};
 pub use rotation::{rotation_angle, rotation_matrix, rotation_vector};
 pub use sample::OneSample;
 pub use scene::{

@@ -9,7 +9,7 @@ use super::sample::set_axes;
 use super::starts::SEARCH_ENTRIES;
 use super::tolerances::FIELD_BEND_NOISE;
 use super::{
-    Blocks, ContactColumn, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodField, RodWall, Scene,
+    Blocks, ContactColumn, MOST_ROWS, Parameter, ParameterError, PlanOptions, Quantity, Rod, RodWall, Scene,
     SceneError, SegmentKind, Units, WallParameter,
 };
 use std::collections::BTreeSet;
@@ -485,7 +485,7 @@ impl Plan {
         let units = &self.units;
         let mut scale = Rod::record_units(self.segments.iter().map(|segment| segment.is_flexible), units);
         if let Some(field) = self.scene.rod_field() {
-            scale.extend(RodField::record_units(field.dipoles.len(), field.maps.len(), units));
+            scale.extend(field.record_units(units));
         }
         if self.scene.wall.is_some() {
             scale.extend(RodWall::record_units(units));

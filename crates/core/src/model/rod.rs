@@ -89,6 +89,8 @@ pub enum Slot {
     SourcePosition(usize, Axis),
     /// Moment of a dipole outside of the rod (A·m²).
     SourceMoment(usize, Axis),
+    /// Virtual rotation of the edges of a cuboid outside of the rod, its moment at rest (rad).
+    SourceTurn(usize, Axis),
     /// Factor of a field sampled on a grid.
     MapScale(usize),
     /// Position of such a field (m).
@@ -140,7 +142,7 @@ impl Slot {
     /// One unit of the slot, SI.
     pub fn unit(&self, units: &Units) -> f64 {
         match self {
-            Slot::BaseRotation(_) | Slot::MapScale(_) | Slot::WallRotation(_) => 1.0,
+            Slot::BaseRotation(_) | Slot::MapScale(_) | Slot::WallRotation(_) | Slot::SourceTurn(..) => 1.0,
             Slot::WallPosition(_) | Slot::WallRadius | Slot::WallTipRadius | Slot::WallAnchor(_) => units.length,
             Slot::WallCompliance => units.length / units.force,
             Slot::BasePosition(_) | Slot::Insertion | Slot::Length(_) => units.length,
@@ -191,6 +193,7 @@ impl Slot {
                 | Slot::FieldOrigin(_)
                 | Slot::SourcePosition(..)
                 | Slot::SourceMoment(..)
+                | Slot::SourceTurn(..)
                 | Slot::MapScale(_)
                 | Slot::MapPosition(..)
         )

@@ -1,7 +1,8 @@
 //! What of the field varies in space as the mechanics sees it: its record of numbers, its value at a point. F0, F1
 
 use super::field::{CoilLoad, MU0_OVER_4PI, gradient_matrix, rotate};
-use super::{Cylinder, RodMap, Units, Vector};
+use super::vectors::norm;
+use super::{Cuboid, Cylinder, Matrix, RodMap, Units, Vector};
 
 /// The part of the field that varies, as the mechanics sees it; SI units, world frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,19 +26,59 @@ pub struct FieldDipole {
     pub position: Vector,
     /// In A·m²
     pub moment: Vector,
-    /// No part of the rod may come nearer to it, or to the surface of its cylinder (m)
+    /// No part of the rod may come nearer to it, or to the surface of its form (m)
     pub clearance: f64,
-    /// A cylinder along the moment, in place of a point.
-    pub cylinder: Option<Cylinder>,
+    /// A point, or what has its exact field.
+    pub form: SourceForm,
+}
+
+/// The form of what stands for a source of the field.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum SourceForm {
+    /// A dipole.
+    #[default]
+    Point,
+    /// A cylinder or a ring along the moment.
+    Cylinder(Cylinder),
+    /// A cuboid.
+    Cuboid(Cuboid),
+}
+
+impl SourceForm {
+    /// In other units.
+    pub fn scaled(self, unit: f64) -> Self {
+        match self {
+            Self::Point => Self::Point,
+            Self::Cylinder(cylinder) => Self::Cylinder(cylinder.scaled(unit)),
+            Self::Cuboid(cuboid) => Self::Cuboid(cuboid.scaled(unit)),
+        }
+    }
+
+    /// Whether it is a cuboid.
+    pub fn is_cuboid(&self) -> bool {
+        matches!(self, Self::Cuboid(_))
+    }
 }
 
 impl FieldDipole {
-    /// Distance of a point from it, or from the surface of its cylinder (m)
+    /// Distance of a point from it, or from the surface of its form (m)
     pub fn distance(&self, at: Vector) -> f64 {
         let r = std::array::from_fn(|k| at[k] - self.position[k]);
-        let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let size = norm(self.moment);
-        self.cylinder.map_or(norm(r), |cylinder| cylinder.distance(self.moment.map(|x| x / size), r))
+        match self.form {
+            SourceForm::Point => norm(r),
+            SourceForm::Cylinder(cylinder) => cylinder.distance(self.moment.map(|x| x / size), r),
+            SourceForm::Cuboid(cuboid) => cuboid.distance(r),
+        }
+    }
+
+    /// B and its gradient at `r` from it, where it is no point; mu0 / 4 pi is one.
+    fn exact(&self, r: Vector) -> Option<(Vector, Matrix)> {
+        match self.form {
+            SourceForm::Point => None,
+            SourceForm::Cylinder(cylinder) => Some(cylinder.field(self.moment, r)),
+            SourceForm::Cuboid(cuboid) => Some(cuboid.field(self.moment, r)),
+        }
     }
 }
 
@@ -57,7 +98,7 @@ impl RodField {
 
     /// Entries of its record.
     pub fn record_len(&self) -> usize {
-        self.map_record() + FIELD_MAP_RECORD * self.maps.len()
+        self.cuboid_record() + Cuboid::RECORD * self.cuboids()
     }
 
     /// Entries before those of its maps.
@@ -65,7 +106,17 @@ impl RodField {
         FIELD_RECORD + FIELD_DIPOLE_RECORD * self.dipoles.len()
     }
 
-    /// Appends gradient, origin, each dipole's position and moment, each map's scale and position. SI units.
+    /// Entries before those of its cuboids.
+    pub fn cuboid_record(&self) -> usize {
+        self.map_record() + FIELD_MAP_RECORD * self.maps.len()
+    }
+
+    /// How many of its dipoles are cuboids.
+    pub(super) fn cuboids(&self) -> usize {
+        self.dipoles.iter().filter(|dipole| dipole.form.is_cuboid()).count()
+    }
+
+    /// Appends gradient, origin, each dipole's position and moment, each map's scale and position, the edges of each cuboid. SI units.
     pub(super) fn write(&self, record: &mut Vec<f64>) {
         record.extend(self.gradient);
         record.extend(self.origin);
@@ -76,6 +127,11 @@ impl RodField {
         for map in &self.maps {
             record.push(map.scale);
             record.extend(map.position);
+        }
+        for dipole in &self.dipoles {
+            if let SourceForm::Cuboid(cuboid) = dipole.form {
+                record.extend(cuboid.edges.as_flattened());
+            }
         }
     }
 
@@ -93,19 +149,27 @@ impl RodField {
             let at = first + FIELD_MAP_RECORD * k;
             (map.scale, map.position) = (record(at), vector(at + 1));
         }
+        let mut at = self.cuboid_record();
+        for dipole in &mut self.dipoles {
+            if let SourceForm::Cuboid(cuboid) = &mut dipole.form {
+                cuboid.edges = [vector(at), vector(at + 3)];
+                at += Cuboid::RECORD;
+            }
+        }
     }
 
-    /// Unit of each entry of the record with so many dipoles and maps.
-    pub(super) fn record_units(dipoles: usize, maps: usize, units: &Units) -> Vec<f64> {
+    /// Unit of each entry of its record.
+    pub(super) fn record_units(&self, units: &Units) -> Vec<f64> {
         let mut all = vec![units.gradient(); 5];
         all.extend([units.length; 3]);
-        for _ in 0..dipoles {
+        for _ in &self.dipoles {
             all.extend([units.length; 3]);
             all.extend([units.source_moment(); 3]);
         }
-        for _ in 0..maps {
+        for _ in &self.maps {
             all.extend([1.0, units.length, units.length, units.length]);
         }
+        all.extend(std::iter::repeat_n(1.0, Cuboid::RECORD * self.cuboids()));
         all
     }
 
@@ -125,8 +189,8 @@ impl RodField {
         let mut force = rotate(&gradient_matrix(self.gradient), mu);
         for dipole in &self.dipoles {
             let (r, moment) = (std::array::from_fn(|k| at[k] - dipole.position[k]), dipole.moment);
-            if let Some(cylinder) = dipole.cylinder {
-                let pull = rotate(&cylinder.field(moment, r).1, mu);
+            if let Some((_, gradient)) = dipole.exact(r) {
+                let pull = rotate(&gradient, mu);
                 (0..3).for_each(|k| force[k] += MU0_OVER_4PI * pull[k]);
                 continue;
             }
@@ -146,7 +210,6 @@ impl RodField {
     /// Largest flux density beyond the uniform field (T) and largest gradient (T/m) at points spread over a ball, those too
     /// near a dipole left out.
     pub(super) fn strongest(&self, centre: Vector, radius: f64) -> (f64, f64) {
-        let norm = |v: Vector| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let place = |k: usize| -> Vector { [k % 5, k / 5 % 5, k / 25].map(|k| 0.5 * k as f64 - 1.0) };
         let points = (0..125).map(place).filter(|at| norm(*at) <= 1.0);
         let points = points.map(|at| -> Vector { std::array::from_fn(|k| centre[k] + radius * at[k]) });
@@ -164,9 +227,8 @@ impl RodField {
         let mut b = rotate(&gradient_matrix(self.gradient), from(self.origin));
         for dipole in &self.dipoles {
             let r = from(dipole.position);
-            if let Some(cylinder) = dipole.cylinder {
-                let of_cylinder = cylinder.field(dipole.moment, r).0;
-                (0..3).for_each(|k| b[k] += MU0_OVER_4PI * of_cylinder[k]);
+            if let Some((exact, _)) = dipole.exact(r) {
+                (0..3).for_each(|k| b[k] += MU0_OVER_4PI * exact[k]);
                 continue;
             }
             let distance2: f64 = r.iter().map(|x| x * x).sum();

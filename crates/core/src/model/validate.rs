@@ -1,8 +1,8 @@
 //! Whether a scene's numbers describe a rod.
 
 use super::{
-    CoilWinding, Cylinder, Density, GradientEntry, LOAD_KEYS, LoadPlace, Magnet, MagnetBody, MagnetMaterial, Node,
-    Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
+    CoilWinding, Cylinder, Density, GradientEntry, LOAD_KEYS, LoadPlace, Magnet, MagnetBody, MagnetMaterial,
+    MagnetShape, Node, Profile, Scene, SceneError, Segment, SegmentKind, ShearElasticity, Stiffness, Vector,
 };
 use std::collections::HashSet;
 
@@ -178,11 +178,7 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
         check(format!("{name}.moment"), size, size > 0.0, "other than zero: a magnet without moment does nothing")?;
         check_positive(format!("{name}.clearance"), magnet.clearance)?;
         if let Some(body) = magnet.body {
-            check_positive(format!("{name}.length"), body.length)?;
-            check_positive(format!("{name}.diameter"), body.diameter)?;
-            let is_hole = (0.0..body.diameter).contains(&body.bore);
-            let words = "at least zero and less than `diameter`; the number is in metres";
-            check(format!("{name}.inner_diameter"), body.bore, is_hole, words)?;
+            check_shape(&name, &body.shape)?;
             check_exact(&name, magnet, &body)?;
         }
         if !names.insert(name) {
@@ -226,16 +222,28 @@ fn check_sources(scene: &Scene) -> Result<(), SceneError> {
     check_base_clearance(scene)
 }
 
+fn check_shape(name: &str, shape: &MagnetShape) -> Result<(), SceneError> {
+    match *shape {
+        MagnetShape::Cylinder { length, diameter, bore, .. } => {
+            check_positive(format!("{name}.length"), length)?;
+            check_positive(format!("{name}.diameter"), diameter)?;
+            let words = "at least zero and less than `diameter`; the number is in metres";
+            check(format!("{name}.inner_diameter"), bore, (0.0..diameter).contains(&bore), words)
+        }
+        MagnetShape::Cuboid(size) => size.into_iter().try_for_each(|edge| check_positive(format!("{name}.size"), edge)),
+    }
+}
+
 /// An exact cylinder is magnetised along its axis, and its field is known as near to it as its rules reach.
 fn check_exact(name: &str, magnet: &Magnet, body: &MagnetBody) -> Result<(), SceneError> {
-    if !body.is_exact {
+    let MagnetBody { shape: MagnetShape::Cylinder { axis, diameter, .. }, is_exact: true } = *body else {
         return Ok(());
-    }
-    let along: f64 = (0..3).map(|k| magnet.moment[k] * body.axis[k]).sum();
+    };
+    let along: f64 = (0..3).map(|k| magnet.moment[k] * axis[k]).sum();
     let size = magnet.moment.iter().map(|x| x * x).sum::<f64>().sqrt();
     let words = "along `axis` where field = \"exact\"; the number is its share along it. Leave out `field` for dipoles";
     check(format!("{name}.moment"), along / size, along.abs() > (1.0 - 1e-12) * size, words)?;
-    let least = Cylinder::LEAST_CLEARANCE * 0.5 * body.diameter;
+    let least = Cylinder::LEAST_CLEARANCE * 0.5 * diameter;
     let words = "at least a fiftieth of the radius where field = \"exact\"; the number is in metres";
     check(format!("{name}.clearance"), magnet.clearance, magnet.clearance >= least, words)
 }

@@ -1,11 +1,26 @@
-// Magnets and coils around the rod: cylinders with their moments from the south to the north pole, and their names.
+// Magnets and coils around the rod: cylinders and cuboids with their moments from the south to the north pole, and their names.
 
-import { Box3, CylinderGeometry, DoubleSide, Group, LatheGeometry, Mesh, MeshLambertMaterial, Quaternion, SphereGeometry, Vector2, Vector3 } from "three";
+import {
+  Box3,
+  BoxGeometry,
+  BufferGeometry,
+  CylinderGeometry,
+  DoubleSide,
+  Group,
+  LatheGeometry,
+  Matrix4,
+  Mesh,
+  MeshLambertMaterial,
+  Quaternion,
+  SphereGeometry,
+  Vector2,
+  Vector3,
+} from "three";
 import { Arrow } from "./arrow3";
 import { el } from "./dom";
 import { compact } from "./format";
 import type { Stage } from "./stage";
-import type { FieldSource, Style } from "./wire";
+import type { Cuboid, Cylinder, FieldSource, Style, Vector } from "./wire";
 
 const SIDES = 48;
 /** Of a coil's bore over its diameter, as in the figures. */
@@ -43,7 +58,7 @@ export class SourceMeshes {
 
   show(sources: FieldSource[]): void {
     // Bodies are made anew where one has another form; else they are moved.
-    const forms = JSON.stringify(sources.map(({ name, body }) => [name, body?.length, body?.diameter]));
+    const forms = JSON.stringify(sources.map(({ name, body }) => [name, body && dimensions(body)]));
     if (forms !== this.forms) this.make(sources);
     this.forms = forms;
     sources.forEach((source, k) => {
@@ -51,8 +66,7 @@ export class SourceMeshes {
       const perMetre = this.stage.perMetre;
       at.set(...source.position).multiplyScalar(perMetre);
       body.position.copy(at);
-      const axis = new Vector3(...(source.body?.axis ?? [0, 1, 0])).normalize();
-      body.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), axis));
+      body.quaternion.copy(turn(source.body));
       const moment = new Vector3(...source.moment);
       if (moment.length() > 0) moment.setLength(this.arrowLength(source) * perMetre);
       arrow.point(at.clone().addScaledVector(moment, -0.5), moment);
@@ -71,7 +85,9 @@ export class SourceMeshes {
   private arrowLength({ body, moment }: FieldSource): number {
     const least = LEAST_ARROW * this.length;
     if (!body) return least;
-    const share = Math.abs(new Vector3(...moment).normalize().dot(new Vector3(...body.axis)));
+    const along = (direction: Vector) => Math.abs(new Vector3(...moment).normalize().dot(new Vector3(...direction)));
+    if (isCuboid(body)) return Math.max(least, ARROW * body.size.reduce((sum, x, k) => sum + x * along(body.edges[k]!), 0));
+    const share = along(body.axis);
     return Math.max(least, ARROW * (body.length * share + body.diameter * Math.sqrt(Math.max(0, 1 - share * share))));
   }
 
@@ -104,9 +120,31 @@ export class SourceMeshes {
   }
 }
 
-function geometry(source: FieldSource, length: number, perMetre: number): CylinderGeometry | LatheGeometry | SphereGeometry {
+function isCuboid(body: Cylinder | Cuboid): body is Cuboid {
+  return "size" in body;
+}
+
+/** Lengths that tell its form. */
+function dimensions(body: Cylinder | Cuboid): number[] {
+  return isCuboid(body) ? body.size : [body.length, body.diameter];
+}
+
+/** From the axes of its geometry to the world: a cylinder stands along y. */
+function turn(body: Cylinder | Cuboid | null): Quaternion {
+  if (body && isCuboid(body)) {
+    const [x, y, z] = body.edges.map((edge) => new Vector3(...edge));
+    return new Quaternion().setFromRotationMatrix(new Matrix4().makeBasis(x!, y!, z!));
+  }
+  return new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), new Vector3(...(body?.axis ?? [0, 1, 0])).normalize());
+}
+
+function geometry(source: FieldSource, length: number, perMetre: number): BufferGeometry {
   const { body, kind } = source;
   if (!body) return new SphereGeometry(DOT * length * perMetre, 24, 16);
+  if (isCuboid(body)) {
+    const [x, y, z] = body.size;
+    return new BoxGeometry(x * perMetre, y * perMetre, z * perMetre);
+  }
   const [radius, half] = [0.5 * body.diameter * perMetre, 0.5 * body.length * perMetre];
   if (kind === "magnet") return new CylinderGeometry(radius, radius, 2 * half, SIDES);
   const bore = BORE * radius;
@@ -120,7 +158,7 @@ export function widened(box: Box3, sources: FieldSource[], perMetre: number): Bo
   const groups = new Map<string, Box3>();
   for (const source of sources) {
     const key = source.kind === "magnet" ? `magnet ${source.name}` : source.name.replace(/ \d+$/, "");
-    const reach = source.body ? 0.5 * Math.hypot(source.body.length, source.body.diameter) * perMetre : 0;
+    const reach = source.body ? 0.5 * Math.hypot(...dimensions(source.body)) * perMetre : 0;
     const at = new Vector3(...source.position).multiplyScalar(perMetre);
     const own = new Box3(at.clone().subScalar(reach), at.clone().addScalar(reach));
     groups.set(key, (groups.get(key) ?? new Box3()).union(own));

@@ -145,7 +145,19 @@ export interface FieldSource {
   position: Vector;
   moment: Vector;
   current: number | null;
-  body: { axis: Vector; length: number; diameter: number } | null;
+  body: Cylinder | Cuboid | null;
+}
+
+export interface Cylinder {
+  axis: Vector;
+  length: number;
+  diameter: number;
+}
+
+/** Directions of its edges, and their lengths. */
+export interface Cuboid {
+  edges: [Vector, Vector, Vector];
+  size: Vector;
 }
 
 /** Lines of the field, and their number: others have another. */

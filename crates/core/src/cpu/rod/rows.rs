@@ -220,6 +220,7 @@ pub fn functional<L: Lane>(
         | Slot::FieldOrigin(_)
         | Slot::SourcePosition(..)
         | Slot::SourceMoment(..)
+        | Slot::SourceTurn(..)
         | Slot::MapScale(_)
         | Slot::MapPosition(..)
         | Slot::WallPosition(_)

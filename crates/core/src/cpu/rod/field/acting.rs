@@ -25,6 +25,9 @@ pub struct OfDipole<L> {
     /// B by its moment, and force.
     pub unit: Mat3<L>,
     pub pull: [Mat3<L>; 2],
+    /// B by a rotation of a cuboid's edges, and force.
+    pub turn_B: Mat3<L>,
+    pub turn_F: [Mat3<L>; 2],
 }
 
 impl<L: Lane> Acting<L> {
@@ -46,7 +49,7 @@ impl<L: Lane> Acting<L> {
         (self.G, self.T3) = ([space.G, space.G * mean], [o; 3]);
         self.dipoles.clear();
         for dipole in &space.dipoles {
-            let mut of_dipole = OfDipole { G: o, T3: [o; 2], unit: o, pull: [o; 2] };
+            let mut of_dipole = OfDipole { G: o, T3: [o; 2], unit: o, pull: [o; 2], turn_B: o, turn_F: [o; 2] };
             let (mut G1, mut T32) = (o, o);
             for (xi, share) in *points {
                 let (xi, share) = (mean.constant(*xi), mean.constant(*share));
@@ -63,6 +66,12 @@ impl<L: Lane> Acting<L> {
                     let pull = pull * share;
                     of_dipole.unit = of_dipole.unit + unit * share;
                     of_dipole.pull = [of_dipole.pull[0] + pull, of_dipole.pull[1] + pull * xi];
+                    if dipole.form.is_cuboid() {
+                        let (turn_B, turn_F) = dipole.by_turn(r, mu);
+                        let turn_F = turn_F * share;
+                        of_dipole.turn_B = of_dipole.turn_B + turn_B * share;
+                        of_dipole.turn_F = [of_dipole.turn_F[0] + turn_F, of_dipole.turn_F[1] + turn_F * xi];
+                    }
                 }
             }
             self.G = [self.G[0] + of_dipole.G, self.G[1] + G1];

@@ -1,5 +1,6 @@
 //! The field of a magnetised cylinder outside of the rod, exact. F12
 
+use super::nearest::least_on;
 use crate::cpu::algebra::{Mat3, Vec3, dot, hat, outer};
 use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::Lane;
@@ -178,11 +179,9 @@ apart!(
 
 #[inline(always)]
 fn distance_apart<L: Lane>(cylinder: &Cylinder, M: Vec3<L>, from: Vec3<L>, along: Vec3<L>) -> L {
-    /// Each takes a third of the interval that is left.
-    const CUTS: usize = 10;
     let zero = from.x.constant(0.0);
     let axis = M * (zero.constant(1.0) / dot(M, M).sqrt().max(zero.constant(f64::from(f32::MIN_POSITIVE))));
-    let at = |share: L| {
+    least_on(zero, |share| {
         let r = from + along * share;
         let z = dot(axis, r);
         let q = r - axis * z;
@@ -191,14 +190,5 @@ fn distance_apart<L: Lane>(cylinder: &Cylinder, M: Vec3<L>, from: Vec3<L>, along
         let inside = outwards.max(beyond).min(zero);
         let (x, y) = (outwards.max(zero), beyond.max(zero));
         (x * x + y * y).sqrt() + inside
-    };
-    // Along a line the distance from what is convex has one least value.
-    let (mut low, mut high) = (zero, zero.constant(1.0));
-    for _ in 0..CUTS {
-        let third = (high - low) * zero.constant(1.0 / 3.0);
-        let (one, other) = (low + third, high - third);
-        let is_first = at(one).lt(at(other));
-        (low, high) = (L::select(is_first, low, one), L::select(is_first, other, high));
-    }
-    at(low).min(at(high))
+    })
 }

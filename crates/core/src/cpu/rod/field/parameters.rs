@@ -9,7 +9,7 @@ use crate::cpu::contact::wall::WallChange;
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::source::{Sources, rate_under};
 use crate::cpu::simd::lane::Lane;
-use crate::model::{Axis, Slot};
+use crate::model::{Axis, Slot, SourceForm};
 
 /// How a dipole outside of the rod changes.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,8 @@ struct DipoleChange<L> {
     dX: Vec3<L>,
     turns: bool,
     dM: Vec3<L>,
+    /// A rotation of the edges of a cuboid.
+    dw: Option<Vec3<L>>,
 }
 
 /// How a map changes.
@@ -96,10 +98,13 @@ impl<L: Lane> Parameters<L> {
             let (change, wall) = (&mut self.field[k], &mut self.wall[k]);
             for (slot, entry) in terms {
                 let rate = rate_under(share, *slot, program.entry(token, &inputs, *entry));
-                if let Slot::SourcePosition(number, _) | Slot::SourceMoment(number, _) = *slot {
+                if let Slot::SourcePosition(number, _) | Slot::SourceMoment(number, _) | Slot::SourceTurn(number, _) =
+                    *slot
+                {
                     // Slots of a dipole follow one another.
                     if change.dipoles.last().is_none_or(|last| last.number != number) {
-                        change.dipoles.push(DipoleChange { number, moves: false, dX: none, turns: false, dM: none });
+                        let still = DipoleChange { number, moves: false, dX: none, turns: false, dM: none, dw: None };
+                        change.dipoles.push(still);
                     }
                 }
                 match *slot {
@@ -122,6 +127,11 @@ impl<L: Lane> Parameters<L> {
                         if let Some(dipole) = change.dipoles.last_mut() {
                             dipole.turns = true;
                             dipole.dM[axis.index()] = dipole.dM[axis.index()] + rate;
+                        }
+                    }
+                    Slot::SourceTurn(_, axis) => {
+                        if let Some(dipole) = change.dipoles.last_mut() {
+                            dipole.dw = Some(dipole.dw.unwrap_or(none) + unit(axis, rate));
                         }
                     }
                     Slot::WallPosition(axis) => wall.position = wall.position + unit(axis, rate),
@@ -157,10 +167,14 @@ impl<L: Lane> Parameters<L> {
                 dB = dB - local.G * dipole.dX;
                 dF = dF - local.T3 * dipole.dX;
             }
+            let of_field = space.dipoles[dipole.number];
+            let r = x - of_field.X;
+            if let Some(dw) = dipole.dw {
+                let (turn_B, turn_F) = of_field.by_turn(r, mu);
+                (dB, dF) = (dB + turn_B * dw, dF + turn_F * dw);
+            }
             if dipole.turns {
-                let of_field = space.dipoles[dipole.number];
-                let r = x - of_field.X;
-                if of_field.cylinder.is_some() {
+                if of_field.form != SourceForm::Point {
                     let (unit, pull) = of_field.by_moment(r, mu);
                     (dB, dF) = (dB + unit * dipole.dM, dF + pull * dipole.dM);
                     continue;
@@ -202,6 +216,10 @@ impl<L: Lane> Parameters<L> {
             if dipole.turns {
                 dB = dB + of_dipole.unit * dipole.dM;
                 (dF, first) = (dF + of_dipole.pull[0] * dipole.dM, first + of_dipole.pull[1] * dipole.dM);
+            }
+            if let Some(dw) = dipole.dw {
+                dB = dB + of_dipole.turn_B * dw;
+                (dF, first) = (dF + of_dipole.turn_F[0] * dw, first + of_dipole.turn_F[1] * dw);
             }
         }
         for change in &change.maps {

@@ -2,7 +2,7 @@
 
 use super::map::ProgramMap;
 use crate::model::record::field_offset;
-use crate::model::{Cylinder, Plan};
+use crate::model::{Plan, SourceForm};
 use std::sync::Arc;
 
 /// Farther from every magnet than any rod.
@@ -15,8 +15,8 @@ pub struct ProgramField {
     pub entry: usize,
     /// Of each dipole outside of the rod, in the plan's units.
     pub clearances: Vec<f64>,
-    /// The cylinder of each of them, if it is no point.
-    pub cylinders: Vec<Option<Cylinder>>,
+    /// The form of each of them.
+    pub forms: Vec<SourceForm>,
     pub maps: Vec<Arc<ProgramMap>>,
     /// Points of a rigid segment where the field acts, and their shares of its dipole (of maps, on each stretch within a cell): on a
     /// path with care; on the fine steps, as many times as the plan has parts; for the answer.
@@ -32,7 +32,7 @@ impl ProgramField {
         let field = rod.field.as_ref().filter(|_| plan.terms.varying_field)?;
         let clearances: Vec<f64> = field.dipoles.iter().map(|dipole| dipole.clearance / plan.units.length).collect();
         let length = plan.units.length;
-        let cylinders = field.dipoles.iter().map(|of| of.cylinder.map(|cylinder| cylinder.scaled(length))).collect();
+        let forms = field.dipoles.iter().map(|dipole| dipole.form.scaled(length)).collect();
         let nearest = clearances.iter().copied().fold(FAR, f64::min);
         let magnets = plan.segments.iter().filter(|segment| segment.has_dipole);
         let longest = magnets.map(|segment| constant(segment.record).unwrap_or(FAR)).fold(0.0, f64::max);
@@ -40,15 +40,7 @@ impl ProgramField {
         let [points, check_points] = field.coil_load.points_within(longest / nearest, target);
         let [fine_points, check_points] = [points, check_points].map(|points| parts(points, plan.rigid_parts()));
         let maps = field.maps.iter().map(|map| Arc::new(ProgramMap::new(&map.grid, &plan.units))).collect();
-        Some(Self {
-            entry: field_offset(&rod.segments),
-            clearances,
-            cylinders,
-            maps,
-            points,
-            fine_points,
-            check_points,
-        })
+        Some(Self { entry: field_offset(&rod.segments), clearances, forms, maps, points, fine_points, check_points })
     }
 }
 

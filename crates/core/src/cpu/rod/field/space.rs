@@ -2,14 +2,14 @@
 //!
 //! Positions count from the base; mu0 / 4 pi is one in the plan's units.
 
-use super::cylinder::{Seen, distance};
 use super::map::Map;
 use super::program_field::FAR;
-use crate::cpu::algebra::{Mat3, Vec3, axpy, dot, outer};
+use super::{cuboid, cylinder};
+use crate::cpu::algebra::{Mat3, Vec3, axpy, cross, dot, outer};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::simd::lane::Lane;
 use crate::model::record::BASE_POSITION_AT;
-use crate::model::{Cylinder, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD};
+use crate::model::{Cuboid, FIELD_DIPOLE_RECORD, FIELD_MAP_RECORD, FIELD_RECORD, SourceForm};
 use std::sync::Arc;
 
 /// Squares of lengths below this are none.
@@ -21,8 +21,10 @@ pub struct Dipole<L> {
     pub X: Vec3<L>,
     pub M: Vec3<L>,
     pub clearance: L,
-    /// A cylinder along M, in place of a point.
-    pub cylinder: Option<Cylinder>,
+    /// Its form; a cylinder lies along M.
+    pub form: SourceForm,
+    /// Columns: the directions of the edges of a cuboid.
+    pub edges: Mat3<L>,
 }
 
 /// B0 + G (x - x0) + the fields of dipoles.
@@ -64,8 +66,10 @@ impl<L: Lane> Dipole<L> {
     /// Its field at a distance r. F0
     #[inline(always)]
     pub fn B(&self, r: Vec3<L>) -> Vec3<L> {
-        if let Some(cylinder) = &self.cylinder {
-            return Seen::new(cylinder, self.M, r, 0).B();
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => return cylinder::Seen::new(cylinder, self.M, r, 0).B(),
+            SourceForm::Cuboid(cuboid) => return self.cuboid(cuboid, r, 0).B(),
+            SourceForm::Point => {}
         }
         let (inverse2, inverse3) = inverses(r);
         (r * (dot(self.M, r) * inverse2 * r.x.constant(3.0)) - self.M) * inverse3
@@ -74,9 +78,16 @@ impl<L: Lane> Dipole<L> {
     /// Its field and the force on a dipole there. F0, F1
     #[inline(always)]
     pub fn acts(&self, r: Vec3<L>, mu: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
-        if let Some(cylinder) = &self.cylinder {
-            let seen = Seen::new(cylinder, self.M, r, 1);
-            return (seen.B(), seen.G() * mu);
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => {
+                let seen = cylinder::Seen::new(cylinder, self.M, r, 1);
+                return (seen.B(), seen.G() * mu);
+            }
+            SourceForm::Cuboid(cuboid) => {
+                let seen = self.cuboid(cuboid, r, 1);
+                return (seen.B(), seen.G() * mu);
+            }
+            SourceForm::Point => {}
         }
         let (inverse2, inverse3) = inverses(r);
         let (a, b, c) = (dot(mu, r), dot(self.M, r), dot(mu, self.M));
@@ -89,8 +100,10 @@ impl<L: Lane> Dipole<L> {
     /// The gradient of its field.
     #[inline(always)]
     pub fn G(&self, r: Vec3<L>) -> Mat3<L> {
-        if let Some(cylinder) = &self.cylinder {
-            return Seen::new(cylinder, self.M, r, 1).G();
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => return cylinder::Seen::new(cylinder, self.M, r, 1).G(),
+            SourceForm::Cuboid(cuboid) => return self.cuboid(cuboid, r, 1).G(),
+            SourceForm::Point => {}
         }
         let (inverse2, inverse3) = inverses(r);
         let b = dot(self.M, r);
@@ -102,8 +115,10 @@ impl<L: Lane> Dipole<L> {
     /// Second derivatives of mu . B.
     #[inline(always)]
     pub fn T3(&self, r: Vec3<L>, mu: Vec3<L>) -> Mat3<L> {
-        if let Some(cylinder) = &self.cylinder {
-            return Seen::new(cylinder, self.M, r, 2).T3(mu);
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => return cylinder::Seen::new(cylinder, self.M, r, 2).T3(mu),
+            SourceForm::Cuboid(cuboid) => return self.cuboid(cuboid, r, 2).T3(mu),
+            SourceForm::Point => {}
         }
         let (inverse2, inverse3) = inverses(r);
         let (a, b, c) = (dot(mu, r) * inverse2, dot(self.M, r), dot(mu, self.M));
@@ -124,22 +139,50 @@ impl<L: Lane> Dipole<L> {
     /// All three, and changes of B and of the force by its moment where they are asked for.
     #[inline(always)]
     pub fn all(&self, r: Vec3<L>, mu: Vec3<L>) -> Local<L> {
-        if let Some(cylinder) = &self.cylinder {
-            let seen = Seen::new(cylinder, self.M, r, 2);
-            return Local { B: seen.B(), G: seen.G(), T3: seen.T3(mu) };
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => {
+                let seen = cylinder::Seen::new(cylinder, self.M, r, 2);
+                return Local { B: seen.B(), G: seen.G(), T3: seen.T3(mu) };
+            }
+            SourceForm::Cuboid(cuboid) => {
+                let seen = self.cuboid(cuboid, r, 2);
+                return Local { B: seen.B(), G: seen.G(), T3: seen.T3(mu) };
+            }
+            SourceForm::Point => {}
         }
         Local { B: self.B(r), G: self.G(r), T3: self.T3(r, mu) }
     }
 
-    /// dB/dM and d(G mu)/dM; a cylinder turns with its moment. F6
+    /// dB/dM and d(G mu)/dM; a cylinder turns with its moment, a cuboid does not. F6
     #[inline(always)]
     pub fn by_moment(&self, r: Vec3<L>, mu: Vec3<L>) -> (Mat3<L>, Mat3<L>) {
-        if let Some(cylinder) = &self.cylinder {
-            let seen = Seen::new(cylinder, self.M, r, 2);
-            return (seen.unit(), seen.pull(mu));
+        match &self.form {
+            SourceForm::Cylinder(cylinder) => {
+                let seen = cylinder::Seen::new(cylinder, self.M, r, 2);
+                return (seen.unit(), seen.pull(mu));
+            }
+            SourceForm::Cuboid(cuboid) => {
+                let seen = self.cuboid(cuboid, r, 1);
+                return (seen.unit(), seen.pull(mu));
+            }
+            SourceForm::Point => {}
         }
         // The force is as linear in one moment as in the other.
         (unit(r), Dipole { M: mu, ..*self }.G(r))
+    }
+
+    /// dB and d(G mu) by a rotation of a cuboid's edges, its moment at rest; nothing of what has none. F13
+    #[inline(always)]
+    pub fn by_turn(&self, r: Vec3<L>, mu: Vec3<L>) -> (Mat3<L>, Mat3<L>) {
+        match &self.form {
+            SourceForm::Cuboid(cuboid) => self.cuboid(cuboid, r, 2).by_turn(mu),
+            _ => (Mat3::zero(r.x), Mat3::zero(r.x)),
+        }
+    }
+
+    #[inline(always)]
+    fn cuboid(&self, cuboid: &Cuboid, r: Vec3<L>, order: usize) -> cuboid::Seen<L> {
+        cuboid::Seen::new(cuboid, self.edges, self.M, r, order)
     }
 }
 
@@ -178,16 +221,24 @@ impl<L: Lane> Space<L> {
         self.G = gradient(entries);
         self.origin = program.vector(token, &inputs, field.entry + 5) - base;
         self.dipoles.clear();
-        for (j, (clearance, cylinder)) in field.clearances.iter().zip(&field.cylinders).enumerate() {
+        let first = field.entry + FIELD_RECORD + FIELD_DIPOLE_RECORD * field.clearances.len();
+        let mut edges_at = first + FIELD_MAP_RECORD * field.maps.len();
+        for (j, (clearance, form)) in field.clearances.iter().zip(&field.forms).enumerate() {
             let at = field.entry + FIELD_RECORD + FIELD_DIPOLE_RECORD * j;
+            let mut edges = Mat3::zero(base.x);
+            if form.is_cuboid() {
+                let [one, other] = [0, 3].map(|k| program.vector(token, &inputs, edges_at + k));
+                edges = Mat3 { x: one, y: other, z: cross(one, other) };
+                edges_at += Cuboid::RECORD;
+            }
             self.dipoles.push(Dipole {
                 X: program.vector(token, &inputs, at) - base,
                 M: program.vector(token, &inputs, at + 3),
                 clearance: L::splat(token, *clearance),
-                cylinder: *cylinder,
+                form: *form,
+                edges,
             });
         }
-        let first = field.entry + FIELD_RECORD + FIELD_DIPOLE_RECORD * field.clearances.len();
         self.maps.clear();
         for (k, map) in field.maps.iter().enumerate() {
             let at = first + FIELD_MAP_RECORD * k;
@@ -260,13 +311,16 @@ impl<L: Lane> Space<L> {
         let per = one / dot(along, along).max(least.constant(TINY));
         for dipole in &self.dipoles {
             let r = from - dipole.X;
-            if let Some(cylinder) = &dipole.cylinder {
-                least = least.min(distance(cylinder, dipole.M, r, along) - dipole.clearance);
-                continue;
-            }
-            let share = (-dot(r, along) * per).max(zero).min(one);
-            let nearest = axpy(share, along, r);
-            least = least.min(dot(nearest, nearest).sqrt() - dipole.clearance);
+            let away = match &dipole.form {
+                SourceForm::Cylinder(cylinder) => cylinder::distance(cylinder, dipole.M, r, along),
+                SourceForm::Cuboid(cuboid) => cuboid::distance(cuboid, dipole.edges, r, along),
+                SourceForm::Point => {
+                    let share = (-dot(r, along) * per).max(zero).min(one);
+                    let nearest = axpy(share, along, r);
+                    dot(nearest, nearest).sqrt()
+                }
+            };
+            least = least.min(away - dipole.clearance);
         }
         least
     }
