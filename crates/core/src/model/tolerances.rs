@@ -103,6 +103,10 @@ pub const SMALLEST_ARC: f64 = 1.0 / 2048.0;
 pub const SMALLEST_SHARP_ARC: f64 = 2e-6;
 /// Passes along one curve.
 pub const CURVE_LIMIT: f64 = 150.0;
+/// Passes in a field that varies, on the coarse grid: a curve that needs more is seldom followed there at all.
+pub const FIELD_CURVE_LIMIT: f64 = 100.0;
+/// Passes there with care, on the fine grid: load steps, the next resort, take ten times as long.
+pub const FIELD_CURVE_CAREFUL_LIMIT: f64 = 1000.0;
 /// A turn of the load is found where the last correction is below this (relative to 1 + the moment),
 pub const TURN_TOLERANCE: f64 = 1e-5;
 /// and the load would rise by less than this share of it.

@@ -15,7 +15,7 @@ use crate::cpu::rod::field::pass::{Pass, VaryingPasses};
 use crate::cpu::rod::field::workspace::{Carried, VaryingWorkspace};
 use crate::cpu::rod::problem::Problem;
 use crate::cpu::simd::lane::Lane;
-use crate::model::tolerances::{FIRST_BEND, SAFE_MARGIN, WALL_LEAST_PULL};
+use crate::model::tolerances::{CURVE_LIMIT, FIRST_BEND, SAFE_MARGIN, WALL_LEAST_PULL};
 
 /// A group of rods under their full loads, and how far the wall is on its way.
 struct Pressed<'a, L: Lane> {
@@ -174,7 +174,8 @@ pub fn follow_press<L: VaryingPasses>(
         let slope = begin.tangent.times(one / begin.tangent.lambda);
         let bound = one.constant(FIRST_BEND * problem.program.pace);
         let first = bound / begin.metric.product(slope, slope).sqrt().max(bound);
-        let found = follow_curve(&mut pressed, (free, slope, begin.metric), (first, problem.program.pace), comes);
+        let found =
+            follow_curve(&mut pressed, (free, slope, begin.metric), (first, problem.program.pace, CURVE_LIMIT), comes);
         let arrived = comes & found.reached & !pressed.doubtful;
         end.base = select::<L>(comes, found.at.base, end.base);
         end.inverse = Mat6::select(comes, &pressed.kept.0, &end.inverse);

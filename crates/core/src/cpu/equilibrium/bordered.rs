@@ -10,7 +10,7 @@ use crate::cpu::rod::problem::{Problem, Record, Workspace};
 use crate::cpu::rod::shoot::tip_moment_columns;
 use crate::cpu::rod::stability::{departure, has_no_energy, squared_norm, stability_index};
 use crate::cpu::simd::lane::{Lane, Scalar};
-use crate::model::tolerances::{DEPARTURE, FIRST_BEND, ROUND_OFF};
+use crate::model::tolerances::{CURVE_LIMIT, DEPARTURE, FIRST_BEND, ROUND_OFF};
 
 /// Base moment and load fraction, or their change.
 #[derive(Clone, Copy)]
@@ -189,7 +189,7 @@ pub fn follow_uniform<L: Lane>(
     let pace = problem.program.pace;
     let bound = one.constant(FIRST_BEND * pace);
     let first = bound / rest.largest.max(bound);
-    let end = follow_curve(&mut uniform, (start, slope, Mat3::identity(one)), (first, pace), !nobody);
+    let end = follow_curve(&mut uniform, (start, slope, Mat3::identity(one)), (first, pace, CURVE_LIMIT), !nobody);
     // Across a fold is along its curve.
     let across = Mat3 { x: end.tangent.m0, ..zero };
     PathEnd {

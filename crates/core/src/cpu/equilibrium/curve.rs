@@ -7,8 +7,8 @@ use super::turn::Turn;
 use crate::cpu::rod::stability::is_above;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::tolerances::{
-    CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_APPROACH, CURVE_COSINE, CURVE_LIMIT, CURVE_NEAR,
-    CURVE_ON_TOP, CURVE_SAG, CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC,
+    CONTRACTION, CORRECTIONS, CURVE_AIM, CURVE_ANGLE, CURVE_APPROACH, CURVE_COSINE, CURVE_NEAR, CURVE_ON_TOP,
+    CURVE_SAG, CURVE_SHARE, CURVE_STRAIGHT, CURVE_TOLERANCE, LEAST_RATIO, NARROW_MARGIN, SMALLEST_ARC,
     SMALLEST_SHARP_ARC, TRUST,
 };
 
@@ -16,13 +16,13 @@ use crate::model::tolerances::{
 const FAR: f64 = 1e9;
 
 /// Follows the curve to where its load turns. `slope` is its direction at rest, by the load fraction; its first load step is
-/// `first` at most, and corrections are trusted at this pace. Where the load would be full at the next point, that point is looked
+/// `first` at most, corrections are trusted at this pace, and it takes so many passes at most. Where the load would be full at the next point, that point is looked
 /// for under the full load, if `E` arrives; else the lane ends there without a fold.
 #[inline(always)]
 pub fn follow_curve<L: Lane, E: Equations<L>>(
     equations: &mut E,
     (rest, slope, mut metric): (E::Point, E::Point, E::Metric),
-    (first, pace): (L, f64),
+    (first, pace, limit): (L, f64, f64),
     wanted: L::Mask,
 ) -> CurveEnd<L, E::Point> {
     let zero = first.constant(0.0);
@@ -153,7 +153,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
         last_size = L::select(go_on, size, bound * one.constant(1.0 / CONTRACTION));
         corrections = L::select(go_on, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
-        failed = failed | (active & !(reached | turn.found | turn.crossing) & !passes.lt(one.constant(CURVE_LIMIT)));
+        failed = failed | (active & !(reached | turn.found | turn.crossing) & !passes.lt(one.constant(limit)));
     }
     let nobody = one.lt(zero);
     let mut end =

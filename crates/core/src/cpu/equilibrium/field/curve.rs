@@ -16,7 +16,9 @@ use crate::cpu::rod::problem::Problem;
 use crate::cpu::rod::stability::has_no_energy;
 use crate::cpu::simd::apart::apart;
 use crate::cpu::simd::lane::{Lane, Scalar};
-use crate::model::tolerances::{DEPARTURE, FIRST_BEND, NEAR_MARGIN, ROUND_OFF};
+use crate::model::tolerances::{
+    DEPARTURE, FIELD_CURVE_CAREFUL_LIMIT, FIELD_CURVE_LIMIT, FIRST_BEND, NEAR_MARGIN, ROUND_OFF,
+};
 
 /// Load at the base and load fraction, or their change.
 #[derive(Clone, Copy)]
@@ -397,7 +399,8 @@ pub fn follow_bordered<L: VaryingPasses>(
     let first = bound / rest.largest.max(bound);
     let metric = Metric::plain(one);
     let wanted = zero.lt(rest.leeway) & zero.lt(rest.inside);
-    let end = follow_curve(&mut varying, (start, slope, metric), (first, pace), wanted);
+    let limit = if careful { FIELD_CURVE_CAREFUL_LIMIT } else { FIELD_CURVE_LIMIT };
+    let end = follow_curve(&mut varying, (start, slope, metric), (first, pace, limit), wanted);
     VaryingPath {
         base: end.at.base,
         inverse: varying.kept.0,
