@@ -1,13 +1,12 @@
 //! Magnets whose field is that of their cuboid. F13
 
 use crate::common::root;
-use crate::exact_magnets::{apart, engines, norm, plan};
-use crate::stretches::{distance, solve};
-use rodsweep::backend::{BackendKind, Precision};
+use crate::exact_magnets::{BESIDE, apart, check_around, check_columns, engines, norm};
+use crate::stretches::distance;
+use rodsweep::backend::BackendKind;
 use rodsweep::engines::EngineRequest;
 use rodsweep::input::{parse_scene, write_scene};
-use rodsweep::model::{MagnetShape, Parameter, Quantity, Scene, Status, Vector};
-use rodsweep::reference::Reference;
+use rodsweep::model::{MagnetShape, Quantity, Scene, Vector};
 use std::f64::consts::PI;
 
 /// A cuboid with a polarisation (T), and B at a place by magpylib 6.3.
@@ -96,19 +95,16 @@ fn kernels_have_the_same_field() {
     }
 }
 
-/// A magnetised tube and a magnet at its tip, beside a cuboid that is turned.
+/// The rod beside a cuboid that is turned.
 fn beside() -> Scene {
-    let rest = "rotation = [0.4, -0.2, 0.7]\n[base]\nposition = [0.045, 0.01, -0.02]\nrotation = [0.2, -0.3, 0.1]\n\
-         [loads]\ngravity = [0, -9.81, 0]\n[[segment]]\nname = \"tube\"\nkind = \"flexible\"\nlength = 0.04\nlinear_density = 1e-3\n\
-         stiffness = { bending_x = 2e-5, bending_y = 3e-5, torsion = 1.5e-5 }\ndipole_per_length = [0, 0, 0.3]\n\
-         [[segment]]\nname = \"tip\"\nkind = \"rigid\"\nlength = 0.006\nmass = 2e-5\ndipole_per_length = [0, 0, 3]\n";
     let size = [0.02, 0.03, 0.04];
-    scene(size, moment(size, [0.5, -0.4, 0.7]), rest)
+    let mut scene = scene(size, moment(size, [0.5, -0.4, 0.7]), BESIDE);
+    scene.sources.magnets[0].rotation = [0.4, -0.2, 0.7];
+    scene
 }
 
 #[test]
 fn columns_are_those_of_neighbours() {
-    let scene = beside();
     let names = [
         "magnets.arm.position",
         "magnets.arm.rotation",
@@ -117,57 +113,12 @@ fn columns_are_those_of_neighbours() {
         "base.position",
         "tube.length",
     ];
-    let wrt: Vec<Parameter> = names.iter().flat_map(|name| Parameter::parse(&scene, name).expect(name)).collect();
-    let all = engines(&scene, &wrt);
-    for (k, parameter) in wrt.iter().enumerate() {
-        let value = parameter.get(&scene);
-        let size = match parameter.unit() {
-            "m" => 0.02,
-            "A·m²" => norm(scene.sources.magnets[0].moment),
-            _ => 1.0,
-        };
-        let tip = |by: f64| {
-            let mut moved = scene.clone();
-            parameter.set(&mut moved, value + by * size).expect("a value");
-            let plan = plan(&moved, &[], Precision::F64);
-            solve(&plan, &mut Reference::new(&plan)).vector(0, Quantity::TipPosition)
-        };
-        let (low, high) = (tip(-1e-4), tip(1e-4));
-        let slope = [0, 1, 2].map(|axis| (high[axis] - low[axis]) / (2e-4 * size));
-        for (name, found, pose) in &all {
-            assert!(found.status(0).is_success(), "{name}: {:?}", found.status(0));
-            let column = [0, 1, 2].map(|axis| found.derivative(0, k, axis));
-            let error = apart(column, slope) / norm(slope);
-            assert!(error < 1e-5 + 20.0 * pose, "{name}, {}: {error:.1e}", parameter.name(&scene));
-        }
-    }
+    check_columns(&beside(), &names);
 }
 
 #[test]
 fn engines_agree_and_nothing_comes_too_near() {
-    let scene = beside();
-    let (mut solved, mut near) = (0, 0);
-    for k in 0..60 {
-        let mut moved = scene.clone();
-        let angle = 0.3 * k as f64;
-        let away = 0.022 + 4e-4 * k as f64;
-        moved.base.position = [away * angle.cos(), away * angle.sin(), -0.03 + 1e-3 * (k % 40) as f64];
-        if moved.validate().is_err() {
-            near += 1;
-            continue;
-        }
-        let found = engines(&moved, &[]);
-        let truth = &found[2].1;
-        near += usize::from(truth.status(0) == Status::TooNearMagnet);
-        solved += usize::from(truth.status(0).is_success());
-        for (name, of, pose) in &found[..2] {
-            if of.status(0).is_success() && truth.status(0).is_success() {
-                let error = distance(of, truth, 0.046);
-                assert!(error < 10.0 * pose, "{name}, {k}: {error:.1e}");
-            }
-        }
-    }
-    assert!(solved > 25 && near > 3, "{solved} solved, {near} too near");
+    check_around(&beside());
 }
 
 /// Two halves, face to face, are the whole.

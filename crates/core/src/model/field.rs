@@ -84,7 +84,7 @@ pub struct MagnetBody {
 pub enum MagnetShape {
     /// A cylinder or a ring.
     Cylinder {
-        /// Of length one.
+        /// Direction of its axis, of length one.
         axis: Vector,
         /// In m
         length: f64,
@@ -264,19 +264,10 @@ impl Magnet {
 
     /// Places of its dipoles from its centre before it is turned: those of its second moment. F0
     pub(super) fn offsets(&self) -> Vec<Vector> {
-        let Some(MagnetBody { shape, is_exact: false }) = self.body else {
-            return vec![[0.0; 3]];
-        };
-        let scaled = |v: Vector, by: f64| v.map(|x| x * by);
-        let MagnetShape::Cylinder { axis, length, diameter, bore } = shape else { return shape.dipoles() };
-        let along = length * length / 12.0 - (diameter * diameter + bore * bore) / 16.0;
-        if along >= 0.0 {
-            let d = along.sqrt();
-            return vec![scaled(axis, d), scaled(axis, -d)];
+        match self.body {
+            Some(MagnetBody { shape, is_exact: false }) => shape.dipoles(),
+            _ => vec![[0.0; 3]],
         }
-        let e = (-2.0 * along).sqrt();
-        let [one, other] = across(axis);
-        vec![scaled(one, e), scaled(one, -e), scaled(other, e), scaled(other, -e)]
     }
 
     /// Whether its field is that of its shape.
@@ -342,18 +333,38 @@ impl MagnetShape {
         }
     }
 
-    /// Places of the dipoles of a cuboid: along the edges that are longer than the shortest.
+    /// Places of the dipoles that have its second moment, from its centre. F0
     fn dipoles(&self) -> Vec<Vector> {
-        let Self::Cuboid(size) = self else { return vec![[0.0; 3]] };
-        let shortest = size.iter().copied().fold(f64::INFINITY, f64::min);
-        let longer: Vec<usize> = (0..3).filter(|k| size[*k] > shortest).collect();
-        let place = |axis: usize, side: f64| -> Vector {
-            let away = (longer.len() as f64 * (size[axis] * size[axis] - shortest * shortest) / 12.0).sqrt();
-            std::array::from_fn(|k| if k == axis { side * away } else { 0.0 })
-        };
-        let all: Vec<Vector> = longer.iter().flat_map(|axis| [1.0, -1.0].map(|side| place(*axis, side))).collect();
-        if all.is_empty() { vec![[0.0; 3]] } else { all }
+        match *self {
+            Self::Cylinder { axis, length, diameter, bore } => cylinder_dipoles(axis, length, [diameter, bore]),
+            Self::Cuboid(size) => cuboid_dipoles(size),
+        }
     }
+}
+
+/// Two dipoles on the axis of a cylinder or a ring, or four across it where it is flat.
+fn cylinder_dipoles(axis: Vector, length: f64, [diameter, bore]: [f64; 2]) -> Vec<Vector> {
+    let scaled = |v: Vector, by: f64| v.map(|x| x * by);
+    let along = length * length / 12.0 - (diameter * diameter + bore * bore) / 16.0;
+    if along >= 0.0 {
+        let d = along.sqrt();
+        return vec![scaled(axis, d), scaled(axis, -d)];
+    }
+    let e = (-2.0 * along).sqrt();
+    let [one, other] = across(axis);
+    vec![scaled(one, e), scaled(one, -e), scaled(other, e), scaled(other, -e)]
+}
+
+/// Two dipoles along each edge of a cuboid that is longer than the shortest; one in the middle of a cube.
+fn cuboid_dipoles(size: Vector) -> Vec<Vector> {
+    let shortest = size.iter().copied().fold(f64::INFINITY, f64::min);
+    let longer: Vec<usize> = (0..3).filter(|k| size[*k] > shortest).collect();
+    let place = |axis: usize, side: f64| -> Vector {
+        let away = (longer.len() as f64 * (size[axis] * size[axis] - shortest * shortest) / 12.0).sqrt();
+        std::array::from_fn(|k| if k == axis { side * away } else { 0.0 })
+    };
+    let all: Vec<Vector> = longer.iter().flat_map(|axis| [1.0, -1.0].map(|side| place(*axis, side))).collect();
+    if all.is_empty() { vec![[0.0; 3]] } else { all }
 }
 
 impl CoilArray {

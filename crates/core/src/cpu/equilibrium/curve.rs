@@ -16,8 +16,8 @@ use crate::model::tolerances::{
 const FAR: f64 = 1e9;
 
 /// Follows the curve to where its load turns. `slope` is its direction at rest, by the load fraction; its first load step is
-/// `first` at most, corrections are trusted at this pace, and it takes so many passes at most. Where the load would be full at the next point, that point is looked
-/// for under the full load, if `E` arrives; else the lane ends there without a fold.
+/// `first` at most, corrections are trusted at this pace, and it takes at most `limit` passes. Where the load would be full at the next
+/// point, that point is looked for under the full load, if `E` arrives; else the lane ends there without a fold.
 #[inline(always)]
 pub fn follow_curve<L: Lane, E: Equations<L>>(
     equations: &mut E,

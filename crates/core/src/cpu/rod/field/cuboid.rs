@@ -116,7 +116,7 @@ fn fourth<L: Lane>(by: &Derivatives<L>, u: Vec3<L>, v: Vec3<L>) -> Mat3<L> {
     symmetric([xx, yy, zz], [yz, xz, xy])
 }
 
-/// Of entries on the diagonal, and of those beside it by the axis that they do not name.
+/// A symmetric matrix by its diagonal entries, and by its others in the order of the axis that each does not name.
 #[inline(always)]
 fn symmetric<L: Lane>([xx, yy, zz]: [L; 3], [yz, xz, xy]: [L; 3]) -> Mat3<L> {
     Mat3 { x: Vec3 { x: xx, y: xy, z: xz }, y: Vec3 { x: xy, y: yy, z: yz }, z: Vec3 { x: xz, y: yz, z: zz } }
