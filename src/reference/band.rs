@@ -77,6 +77,15 @@ impl Band {
 }
 
 impl Factored {
+    /// Sign of the determinant, and the logarithm of its size.
+    pub(super) fn determinant(&self) -> (f64, f64) {
+        let diagonal = || (0..self.band.size).map(|k| self.band.at(k, k));
+        let exchanges = self.pivots.iter().enumerate().filter(|(k, pivot)| k != *pivot).count();
+        let negative = diagonal().filter(|x| *x < 0.0).count() + exchanges;
+        let sign = if negative % 2 == 0 { 1.0 } else { -1.0 };
+        (sign, diagonal().map(|x| x.abs().ln()).sum())
+    }
+
     /// A^-1 b, in place.
     pub(super) fn solve(&self, b: &mut [f64]) {
         let (band, size) = (&self.band, self.band.size);
@@ -142,6 +151,8 @@ mod tests {
             }
         }
         let factored = band.factor().expect("regular");
+        let (sign, size) = factored.determinant();
+        assert!((sign * size.exp() / full.determinant() - 1.0).abs() <= 1e-9);
         let x = DVector::from_vec(numbers(SIZE));
         for (matrix, transposed) in [(full.clone(), false), (full.transpose(), true)] {
             let mut b: Vec<f64> = (matrix * &x).iter().copied().collect();

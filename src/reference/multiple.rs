@@ -133,6 +133,13 @@ impl Passages {
         self.inverse_by(&self.factored)
     }
 
+    /// Sign of det(dr/dm0), and the logarithm of its size. It is that of the whole system, which does not grow.
+    pub(super) fn determinant(&self) -> (f64, f64) {
+        let (sign, size) = self.factored.determinant();
+        let scales = self.scales[self.count() - 1] / self.scales[0];
+        (sign, size + scales.ln())
+    }
+
     fn inverse_by(&self, factored: &Factored) -> Matrix3<f64> {
         let last = self.count() - 1;
         let column = |k: usize| {

@@ -4,7 +4,7 @@ use super::chain::Chain;
 use super::extrapolation::{Extrapolation, RunAway};
 use super::multiple::{Passages, along, carried, columns_size, size};
 use super::places::{Node, Place, march, mesh};
-use super::ramp::{ALIKE, ARRIVED, CORRECTION_TURN, LITTLE_LOAD, Regular, TOLERANCE, twice};
+use super::ramp::{ALIKE, ARRIVED, CORRECTION_TURN, Evidence, LITTLE_LOAD, Regular, TOLERANCE, twice};
 use super::state::Column;
 use super::{places, stability};
 use nalgebra::Vector3;
@@ -24,7 +24,7 @@ const RATIOS: (f64, f64) = (0.5, 4.0);
 /// A rejected load step is shortened so.
 const RETREAT: f64 = 0.4;
 /// Load steps below this share of the load reached mean that the path ends.
-const SMALLEST_STEP: f64 = 1e-5;
+const SMALLEST_STEP: f64 = 1e-6;
 /// Newton's steps before giving up.
 const MOST_PASSES: usize = 1000;
 
@@ -183,8 +183,9 @@ fn correct(
 
 /// Evidence of the branch from these passages.
 fn regular(chain: &Chain, passages: &Passages, is_definite: bool) -> Regular {
-    let w = passages.inverse() * passages.tip().R.transpose();
-    Regular { is_dead: chain.has_no_energy(), is_definite, margin: margin(chain, passages), w, is_inverse: true }
+    let (sign, size) = passages.determinant();
+    let evidence = Evidence::Determinant { sign, size };
+    Regular { is_dead: chain.has_no_energy(), is_definite, margin: margin(chain, passages), evidence }
 }
 
 /// sqrt(3) / |W_s^-1|. `None` without a tip moment, where a loss of stability is a singular W.

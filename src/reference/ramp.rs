@@ -170,9 +170,15 @@ pub(super) struct Regular {
     pub is_definite: bool,
     /// The margin of the symmetric form.
     pub margin: Option<f64>,
-    /// dr/dm0 in the world frame, or its inverse.
-    pub w: Matrix3<f64>,
-    pub is_inverse: bool,
+    pub evidence: Evidence,
+}
+
+/// What tells that det(dr/dm0) keeps its sign.
+pub(super) enum Evidence {
+    /// dr/dm0 in the world frame.
+    Matrix(Matrix3<f64>),
+    /// Sign of its determinant, and the logarithm of its size: on a limp rod the matrix changes by powers of e.
+    Determinant { sign: f64, size: f64 },
 }
 
 impl Regular {
@@ -181,8 +187,7 @@ impl Regular {
             is_dead: chain.has_no_energy(),
             is_definite,
             margin: symmetric_margin(chain, lambda, passage),
-            w: passage.tip.R * passage.matrix(),
-            is_inverse: false,
+            evidence: Evidence::Matrix(passage.tip.R * passage.matrix()),
         }
     }
 
@@ -193,8 +198,14 @@ impl Regular {
             return next.is_definite;
         }
         let stays_definite = self.is_definite && next.is_definite && !leaps(self.margin, next.margin);
-        let (from, to) = if self.is_inverse { (next.w, self.w) } else { (self.w, next.w) };
-        stays_definite || departure(from, to) < DEPARTURE
+        let keeps_sign = match (&self.evidence, &next.evidence) {
+            (Evidence::Matrix(from), Evidence::Matrix(to)) => departure(*from, *to) < DEPARTURE,
+            (Evidence::Determinant { sign: a, size }, Evidence::Determinant { sign: b, size: next }) => {
+                a == b && (size - next).abs() <= WIDENING.ln()
+            }
+            _ => false,
+        };
+        stays_definite || keeps_sign
     }
 }
 

@@ -5,7 +5,8 @@ use crate::common::root;
 use rodsweep::backend::{Backend, BackendKind, Precision};
 use rodsweep::cpu::Cpu;
 use rodsweep::engines::EngineRequest;
-use rodsweep::model::{PlanOptions, Quantity, Solutions, Status, Stepper};
+use rodsweep::input::read_scene;
+use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::reference::Reference;
 use rodsweep::spec::SweepSpec;
 use rodsweep::sweep::{Memory, SweepJob};
@@ -146,5 +147,20 @@ fn many_samples_agree_with_the_reference() {
     println!("{:?}", compare(&around(400_000), &samples));
     for off in [1e-2, 1e-4, 1e-6, 1e-7, 1e-9] {
         println!("{off:e} aside: {:?}", compare(&ahead(off), &samples[..samples.len().min(400)]));
+    }
+}
+
+/// A rod whose path ends at 21.2 % of the load. With the field at the middles of its rigid segments the fold is none: the path comes near
+/// another branch and goes on.
+#[test]
+fn single_precision_sees_the_fold_of_the_rod_itself() {
+    let scene =
+        read_scene(&root().join("tests/data/found/single-precision-past-a-fold.toml")).expect("the scene reads");
+    let tp6 = PlanOptions { stepper: Stepper::Tp6, steps: 4, tolerance: 2e-5, ..PlanOptions::default() };
+    for options in [tp6, PlanOptions { stepper: Stepper::Rk4, steps: 24, ..tp6 }, PlanOptions { steps: 8, ..tp6 }] {
+        let plan = Plan::new(&scene, &[], &[], options).expect("a plan");
+        let mut engine = Cpu::new(&plan, Precision::F32).expect("instructions of this machine");
+        let found = engine.solve(&plan.batch(1, |_, _| {})).expect("solved");
+        assert!(!found.status(0).is_success(), "{options:?}: {}", found.status(0).name());
     }
 }

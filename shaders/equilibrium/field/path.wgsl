@@ -184,7 +184,8 @@ fn follow_varying(rod: Rod, inverse: Mat6, index: f32) -> u32 {
     hold(LAST_SIZE, select(TRUST / CONTRACTION, moved, go_on));
     hold(CORRECTIONS_MADE, select(0.0, corrections + 1.0, go_on));
     hold(PASSES, held(PASSES) + 1.0);
-    if reached { return REACHED; }
+    // With the field at the middles of rigid segments a path may go on where the rod's own ends.
+    if reached { return select(REACHED, EXHAUSTED, is_careful && held(WEAKEST) < SAFE_MARGIN); }
     if held(PASSES) >= NODE_PASS_LIMIT { return EXHAUSTED; }
     if !failed { return GOES_ON; }
     if held(IS_TOO_NEAR) > 0.5 { return TOO_NEAR; }

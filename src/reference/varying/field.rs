@@ -66,7 +66,7 @@ impl Dipole {
             SourceForm::Point => {}
         }
         let r2 = r.norm_squared();
-        (3.0 * self.M.dot(&r) / r2 * r - self.M) / r2.powf(1.5) // F0
+        (3.0 * self.M.dot(&r) / r2 * r - self.M) / (r2 * r2.sqrt()) // F0
     }
 
     /// The gradient of its field.
@@ -79,7 +79,7 @@ impl Dipole {
         let (M, r2) = (self.M, r.norm_squared());
         let b = M.dot(&r);
         let symmetric = M * r.transpose() + r * M.transpose() + b * Matrix3::identity();
-        (symmetric - r * r.transpose() * (5.0 * b / r2)) * (3.0 / r2.powf(2.5))
+        (symmetric - r * r.transpose() * (5.0 * b / r2)) * (3.0 / (r2 * r2 * r2.sqrt()))
     }
 
     /// Second derivatives of mu . B.
@@ -95,7 +95,7 @@ impl Dipole {
         let outer = |x: Vector3<f64>, y: Vector3<f64>| x * y.transpose() + y * x.transpose();
         let first = outer(mu, M) + c * one;
         let second = outer(b * mu + a * M, r) + a * b * one + c * r * r.transpose();
-        (3.0 * first - second * (15.0 / r2) + r * r.transpose() * (105.0 * a * b / (r2 * r2))) / r2.powf(2.5)
+        (3.0 * first - second * (15.0 / r2) + r * r.transpose() * (105.0 * a * b / (r2 * r2))) / (r2 * r2 * r2.sqrt())
     }
 
     /// Second derivatives of mu . B of a cylinder, summed from the third derivatives of its potential. F12

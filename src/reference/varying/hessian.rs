@@ -2,19 +2,18 @@
 //! variation at Gauss points. No constraint is left, so that its index is a count of negative eigenvalues. F8
 
 use super::contact::Hold;
+use super::elimination::{CARRIED, Elimination, FROM_BASE, Piece};
 use super::flexible::Flexible;
 use super::rigid;
 use super::state::{BaseLoad, State, Varying};
 use crate::reference::extrapolation::Extrapolation;
-use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn, Matrix3, Matrix3xX, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DMatrixView, DVector, Matrix3, Matrix3xX, Vector3};
 
 /// Elements of a rod of one flexible segment, and Gauss points of each.
 const ELEMENTS: f64 = 3.0;
 /// Elements are split so often before a rod counts as unstable: where loads are large it bends within little.
 const FINER: [usize; 2] = [1, 3];
 const POINTS: usize = 6;
-/// Steps to the least eigenvalue; two digits will do.
-const ITERATIONS: usize = 12;
 /// Abscissae on [0, 1].
 const GAUSS: [f64; POINTS] = [
     0.033_765_242_898_423_99,
@@ -27,8 +26,8 @@ const GAUSS: [f64; POINTS] = [
 
 /// What was found on the way along the rod.
 pub(super) struct Stability {
-    /// By unknowns whose square is the elastic energy: the identity at rest, on any elements.
-    second_variation: DMatrix<f64>,
+    /// `None` for a second variation that is not finite.
+    second_variation: Option<Elimination>,
     /// How far the tip may move before any part of the rod is within a magnet's clearance, if each moves in proportion to its share of
     /// the rod. Negative where one is.
     pub leeway: f64,
@@ -37,51 +36,45 @@ pub(super) struct Stability {
 }
 
 impl Stability {
-    fn is_finite(&self) -> bool {
-        self.second_variation.iter().all(|x| x.is_finite())
-    }
-
-    /// `None` where the rod is unstable, or the matrix is not finite.
-    fn factors(&self) -> Option<Cholesky<f64, Dyn>> {
-        if self.is_finite() { Cholesky::new(self.second_variation.clone()) } else { None }
-    }
-
-    /// The least eigenvalue, by inverse iteration with Cholesky's factors: much less work than the index. `None` where the rod is
-    /// unstable, or the matrix is not finite.
+    /// The least eigenvalue. `None` where the rod is unstable, or its second variation is not finite.
     pub fn least_eigenvalue(&self) -> Option<f64> {
-        let factors = self.factors()?;
-        let mut way = DVector::from_element(self.second_variation.ncols(), 1.0).normalize();
-        let mut least = f64::INFINITY;
-        for _ in 0..ITERATIONS {
-            factors.solve_mut(&mut way);
-            least = 1.0 / way.norm();
-            way *= least;
-        }
-        Some(least)
+        self.second_variation.as_ref()?.least_eigenvalue()
     }
 
-    /// Negative eigenvalues of the second variation. `None` for a matrix that is not finite, on which the decomposition would
-    /// not end.
+    /// Negative eigenvalues. `None` for a second variation that is not finite.
     pub fn index(&self) -> Option<usize> {
-        const MOST_ITERATIONS: usize = 2000;
-        if !self.is_finite() {
-            return None;
-        }
-        if self.factors().is_some() {
-            return Some(0);
-        }
-        let eigen = SymmetricEigen::try_new(self.second_variation.clone(), f64::EPSILON, MOST_ITERATIONS)?;
-        Some(eigen.eigenvalues.iter().filter(|value| **value < 0.0).count())
+        self.second_variation.as_ref().map(Elimination::index)
     }
 }
 
-/// Linear forms of the unknowns at one place: rotation, displacement, and the displacement on which forces do work: without
-/// the force arm rigid segments do not add to it.
+/// Linear forms of what a piece is told from the base and of its own unknowns, at one place: rotation, displacement, and the
+/// displacement on which forces do work: without the force arm rigid segments do not add to it.
 #[derive(Clone)]
 struct Forms {
     w: Matrix3xX<f64>,
     dp: Matrix3xX<f64>,
     at_work: Matrix3xX<f64>,
+}
+
+impl Forms {
+    /// Where a piece with so many unknowns starts.
+    fn at_start(unknowns: usize) -> Self {
+        let form = |first: usize| {
+            let mut form = Matrix3xX::zeros(CARRIED + unknowns);
+            form.fixed_view_mut::<3, 3>(0, first).fill_with_identity();
+            form
+        };
+        Self { w: form(0), dp: form(3), at_work: form(6) }
+    }
+
+    /// All of them, one below the other.
+    fn joined(&self) -> DMatrix<f64> {
+        let mut rows = DMatrix::zeros(FROM_BASE, self.w.ncols());
+        for (k, form) in [&self.w, &self.dp, &self.at_work].into_iter().enumerate() {
+            rows.rows_mut(3 * k, 3).copy_from(form);
+        }
+        rows
+    }
 }
 
 /// Weights by which values at Gauss points integrate to each of them and, last, to the end.
@@ -139,17 +132,16 @@ fn turned(a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
 
 /// A sum of `left^T form right`, of which the symmetric part counts.
 struct Sum {
-    q: DMatrix<f64>,
     /// Elastic energy of each unknown, twice.
     elastic: DVector<f64>,
-    /// What is still to be added: rows of `left` and of `form right`, one after the other.
+    /// Rows of `left` and of `form right`, one after the other.
     left: Vec<f64>,
     right: Vec<f64>,
 }
 
 impl Sum {
-    fn zero(count: usize) -> Self {
-        Self { q: DMatrix::zeros(count, count), elastic: DVector::zeros(count), left: Vec::new(), right: Vec::new() }
+    fn zero(unknowns: usize) -> Self {
+        Self { elastic: DVector::zeros(unknowns), left: Vec::new(), right: Vec::new() }
     }
 
     fn add(&mut self, left: &Matrix3xX<f64>, form: Matrix3<f64>, right: &Matrix3xX<f64>) {
@@ -160,14 +152,22 @@ impl Sum {
         }
     }
 
-    /// Adds what waits. None of it has more unknowns than so many.
-    fn settle(&mut self, unknowns: usize) {
-        let (count, rows) = (self.q.ncols(), self.left.len() / self.q.ncols().max(1));
-        let left = DMatrixView::from_slice(&self.left, count, rows);
-        let right = DMatrixView::from_slice(&self.right, count, rows).rows(0, unknowns).transpose();
-        self.q.view_mut((0, 0), (unknowns, unknowns)).gemm(1.0, &left.rows(0, unknowns), &right, 1.0);
-        self.left.clear();
-        self.right.clear();
+    /// The piece, at whose end the forms are these. The square of its unknowns is their elastic energy.
+    fn piece(&self, end: &Forms) -> Piece {
+        let count = end.w.ncols();
+        let rows = self.left.len() / count;
+        let of = |rows_of: &[f64]| DMatrixView::from_slice(rows_of, count, rows).into_owned();
+        let q = of(&self.left) * of(&self.right).transpose();
+        let mut form = 0.5 * (&q + q.transpose());
+        let mut onward = end.joined();
+        for (k, energy) in self.elastic.iter().enumerate() {
+            let (at, scale) = (CARRIED + k, 1.0 / energy.sqrt());
+            form.column_mut(at).scale_mut(scale);
+            form.row_mut(at).scale_mut(scale);
+            form[(at, at)] += 1.0;
+            onward.column_mut(at).scale_mut(scale);
+        }
+        Piece { form, onward }
     }
 }
 
@@ -191,7 +191,7 @@ pub(super) fn stability(
     let mut found = None;
     for split in FINER {
         found = Some(on_elements(rod, base, hold, split, integrator)?);
-        if found.as_ref().is_some_and(|found| found.factors().is_some()) {
+        if found.as_ref().is_some_and(|found| found.index() == Some(0)) {
             break;
         }
     }
@@ -210,11 +210,8 @@ fn on_elements(
     let elements: Vec<usize> = elements(rod).into_iter().map(|count| split * count).collect();
     let shears = chain.numbers.segments.iter().any(|segment| segment.C_se != Vector3::zeros());
     let per_point = if shears { 6 } else { 3 };
-    let count = elements.iter().sum::<usize>() * POINTS * per_point;
     let rules = integration();
-    let mut q = Sum::zero(count);
-    let none = Matrix3xX::zeros(count);
-    let mut forms = Forms { w: none.clone(), dp: none.clone(), at_work: none };
+    let mut pieces = Vec::new();
     let mut state = rod.base_state(base, &[]);
     let (mut leeway, mut travelled) = (f64::INFINITY, 0.0);
     let mut last = state.p;
@@ -224,21 +221,14 @@ fn on_elements(
         *last = state.p;
     };
     let mut inside = f64::INFINITY;
-    let mut first = 0;
     for (j, &elements) in elements.iter().enumerate() {
         let is_magnetic = chain.numbers.segments[j].mu != Vector3::zeros();
         if is_magnetic {
             inside = inside.min(rod.field.inside(state.p));
         }
         if !chain.is_flexible[j] {
-            add_rigid(&mut q, rod, j, &state, &forms);
-            q.settle(first);
+            pieces.push(rigid_piece(rod, j, &state));
             rigid::cross(rod, j, &[], &mut state);
-            let arm = chain.numbers.segments[j].length * state.R.column(2);
-            forms.dp -= hat(arm) * &forms.w;
-            if chain.rigid_force_arm {
-                forms.at_work -= hat(arm) * &forms.w;
-            }
             near(&mut last, &state);
             if is_magnetic {
                 inside = inside.min(rod.field.inside(state.p));
@@ -265,59 +255,20 @@ fn on_elements(
                 states.push((s, state.clone()));
             }
             flexible.advance(integrator, s, start + h, &mut state).ok()?;
-            add_element(&mut q, rod, (&flexible, j), h, &states, (first, per_point), &rules, &mut forms);
-            first += POINTS * per_point;
-            q.settle(first);
+            pieces.push(flexible_piece(rod, (&flexible, j), h, &states, per_point, &rules));
         }
         near(&mut last, &state);
         if is_magnetic {
             inside = inside.min(rod.field.inside(state.p));
         }
     }
-    let root = DMatrix::from_diagonal(&q.elastic.map(|energy| 1.0 / energy.sqrt()));
-    let mut second_variation = DMatrix::identity(count, count) + 0.5 * (&root * (&q.q + q.q.transpose()) * &root);
-    if let Some(hold) = hold {
-        second_variation = held(second_variation, &(&forms.dp * &root), hold);
-    }
+    let second_variation = Elimination::new(pieces, hold);
     Some(Stability { second_variation, leeway: leeway * travelled, inside })
 }
 
-/// A second variation with the wall at the tip, whose displacement by the unknowns is `dp`. A direction in which the wall gives way by
-/// c adds q q^T e / c with |q| = 1 and e = |dp|^2. With that of q shrunk by sqrt(c / (c + e)), which changes no sign, the sum stays
-/// finite, is the identity at rest, and for c = 0 is the form on all that does not move the tip.
-fn held(mut form: DMatrix<f64>, dp: &Matrix3xX<f64>, hold: &Hold) -> DMatrix<f64> {
-    form += dp.transpose() * hold.curvature * dp;
-    let Some(eigen) = directions(dp, hold) else { return form };
-    for (way, size) in eigen {
-        let share = hold.compliance / (hold.compliance + size);
-        // S A S + (1 - s^2) q q^T, S = 1 - (1 - s) q q^T
-        let (less, along) = (1.0 - share.sqrt(), &form * &way);
-        let own = way.dot(&along);
-        form -= less * (&along * way.transpose() + &way * along.transpose());
-        form += (less * less * own + 1.0 - share) * (&way * way.transpose());
-    }
-    form
-}
-
-/// Unit vectors of the unknowns by which the tip moves in the directions of the wall, across each other, and the squares of how far.
-fn directions(dp: &Matrix3xX<f64>, hold: &Hold) -> Option<Vec<(DVector<f64>, f64)>> {
-    /// The tip does not move that way: a square against the largest.
-    const STILL: f64 = 1e-24;
-    let rows: Vec<_> = hold.directions.iter().map(|n| n.transpose() * dp).collect();
-    let rows = DMatrix::from_rows(&rows);
-    let squares = &rows * rows.transpose();
-    if !squares.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    let eigen = SymmetricEigen::new(squares);
-    let least = STILL * dp.norm_squared();
-    let each = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
-    let moving = each.filter(|(size, _)| **size > least);
-    Some(moving.map(|(size, way)| (rows.tr_mul(&way) / size.sqrt(), *size)).collect())
-}
-
 /// The work of the field and of all forces beyond on a rigid segment.
-fn add_rigid(q: &mut Sum, rod: &Varying, j: usize, state: &State, forms: &Forms) {
+fn rigid_piece(rod: &Varying, j: usize, state: &State) -> Piece {
+    let (mut q, mut forms) = (Sum::zero(0), Forms::at_start(0));
     let segment = rod.chain.numbers.segments[j];
     let t: Vector3<f64> = state.R.column(2).into();
     let mu = state.R * segment.mu;
@@ -336,32 +287,34 @@ fn add_rigid(q: &mut Sum, rod: &Varying, j: usize, state: &State, forms: &Forms)
         lever += *xi * force;
         let by_arm = -hat(*xi * segment.length * t) * &forms.w;
         let at_work = if has_arm { &forms.at_work + &by_arm } else { forms.at_work.clone() };
-        add_dipole(q, rod, x, *share * mu, &Forms { w: forms.w.clone(), dp: &forms.dp + by_arm, at_work });
+        add_dipole(&mut q, rod, x, *share * mu, &Forms { w: forms.w.clone(), dp: &forms.dp + by_arm, at_work });
     }
-    if !has_arm {
-        return;
+    let by_arm = -hat(segment.length * t) * &forms.w;
+    forms.dp += &by_arm;
+    if has_arm {
+        q.add(&forms.w, -segment.length * turned(end + lever, t), &forms.w);
+        forms.at_work += by_arm;
     }
-    q.add(&forms.w, -segment.length * turned(end + lever, t), &forms.w);
+    q.piece(&forms)
 }
 
-/// One element: its unknowns start at `first`, so many a point.
-#[expect(clippy::too_many_arguments)]
-fn add_element(
-    q: &mut Sum,
+/// One element, with so many unknowns a point.
+fn flexible_piece(
     rod: &Varying,
     (flexible, j): (&Flexible, usize),
     h: f64,
     states: &[(f64, State)],
-    (first, per_point): (usize, usize),
+    per_point: usize,
     rules: &[[f64; POINTS]; POINTS + 1],
-    forms: &mut Forms,
-) {
+) -> Piece {
     let numbers = rod.chain.numbers.segments[j];
-    let count = q.q.ncols();
+    let unknowns = POINTS * per_point;
+    let count = CARRIED + unknowns;
+    let (mut q, mut forms) = (Sum::zero(unknowns), Forms::at_start(unknowns));
     let root = numbers.C_se.map(f64::sqrt);
     let slope = |k: usize| {
         let mut slope = Matrix3xX::zeros(count);
-        slope.view_mut((0, first + k * per_point), (3, 3)).copy_from(&states[k].1.R);
+        slope.view_mut((0, CARRIED + k * per_point), (3, 3)).copy_from(&states[k].1.R);
         slope
     };
     // R d(nu), by unknowns whose square is the energy.
@@ -369,7 +322,7 @@ fn add_element(
         let mut strain = Matrix3xX::zeros(count);
         if per_point == 6 {
             let by = states[k].1.R * Matrix3::from_diagonal(&root);
-            strain.view_mut((0, first + k * per_point + 3), (3, 3)).copy_from(&by);
+            strain.view_mut((0, CARRIED + k * per_point + 3), (3, 3)).copy_from(&by);
         }
         strain
     };
@@ -384,7 +337,7 @@ fn add_element(
     for i in 0..POINTS {
         let (s, state) = &states[i];
         let weight = h * rules[POINTS][i];
-        let at = first + i * per_point;
+        let at = i * per_point;
         let K = flexible.K(*s);
         for k in 0..3 {
             q.elastic[at + k] = weight * K[k];
@@ -400,11 +353,12 @@ fn add_element(
         if numbers.mu != Vector3::zeros() {
             let moved = sum(i, &dp_slopes);
             let there = Forms { w: w[i].clone(), dp: &forms.dp + &moved, at_work: &forms.at_work + moved };
-            add_dipole(q, rod, state.p, weight * (state.R * numbers.mu), &there);
+            add_dipole(&mut q, rod, state.p, weight * (state.R * numbers.mu), &there);
         }
     }
     forms.w += sum(POINTS, &slopes);
     let moved = sum(POINTS, &dp_slopes);
     forms.dp += &moved;
     forms.at_work += moved;
+    q.piece(&forms)
 }

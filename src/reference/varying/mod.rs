@@ -7,6 +7,7 @@
 mod body_gap;
 mod coming;
 mod contact;
+mod elimination;
 mod energy;
 mod field;
 mod flexible;

@@ -46,15 +46,16 @@ pub const OTHER_TURN: f64 = 2e-2;
 pub const OTHER_FORCE: f64 = 0.05;
 
 /// Elements of a rod and the trust (rad) of each resolution, from coarse to fine.
-const RESOLUTIONS: [(usize, f64); 5] = [(32, 0.02), (64, 0.01), (128, 0.01), (256, 0.01), (512, 0.005)];
+const RESOLUTIONS: [(usize, f64); 6] = [(32, 0.02), (64, 0.01), (128, 0.01), (256, 0.01), (512, 0.005), (1024, 0.005)];
 /// Two resolutions agree where their tips are nearer than this share of the length, and this turn (rad). Their errors fall with
 /// the square of the elements' length: what is left after extrapolation is far less.
 const SAME_PLACE: f64 = 3e-3;
 const SAME_TURN: f64 = 2e-2;
 /// Two resolutions agree where their contact forces differ by less than this share.
 const SAME_FORCE: f64 = 0.05;
-/// Two ends agree where they are so near, over the larger of the load and [`LEAST_LOAD`].
-const SAME_LOAD: f64 = 3e-3;
+/// Two ends agree where they are so near, over the larger of the load and [`LEAST_LOAD`]: next to a cusp a chain of few elements ends
+/// where the rod goes on.
+const SAME_LOAD: f64 = 1e-4;
 const LEAST_LOAD: f64 = 0.05;
 /// An end beyond this load may be none under the full load.
 const NEARLY_FULL: f64 = 0.999;

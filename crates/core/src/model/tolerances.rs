@@ -52,7 +52,8 @@ pub const NEAR_MARGIN: f64 = 0.3;
 /// A load step uses up this share of a margin below [`NEAR_MARGIN`], as far as its fall tells: beyond a pitchfork other branches
 /// are stable.
 pub const SPENT: f64 = 0.9;
-/// In double precision, corrections there end below this (plan units of moment and radians): the margin changes within little.
+/// In double precision, and in a field that varies, corrections there end below this (plan units of moment and radians): the margin
+/// changes within little.
 pub const NEAR_TOLERANCE: f64 = 2e-3;
 /// In a field that varies and with care, corrections end below this everywhere: a large force hides how far the tip still turns.
 pub const FIELD_TOLERANCE: f64 = 0.05;
@@ -271,6 +272,8 @@ pub const NODE_FIRST_STEP: f64 = 0.1;
 pub const NODE_TRUST: f64 = 0.2;
 /// Share of a load step's tolerance that holds under loads without energy.
 pub const NODE_WARY: f64 = 1e-3;
+/// Halfway along a load step under loads without energy the first correction is less than this share of the step.
+pub const NODE_HALFWAY: f64 = 0.25;
 /// Each correction of the nodes must be smaller than this share of the one before.
 pub const NODE_CONTRACTION: f64 = 0.3;
 /// A load step by nodes is chosen so that its first correction will be this share of what is trusted; that grows like

@@ -101,6 +101,16 @@ impl<L: Lane> Nodes<L> {
         self.nodes.get(i + 1).copied().unwrap_or(Node { d1, t, m })
     }
 
+    /// Puts the nodes of lanes that looked at a load step halfway back to its end.
+    #[inline(always)]
+    pub fn end_check(&mut self, lanes: L::Mask) {
+        if L::any(lanes) {
+            for (node, at_end) in self.nodes.iter_mut().zip(&self.at_end) {
+                *node = Node::select(lanes, *at_end, *node);
+            }
+        }
+    }
+
     /// Accepts the nodes on trial in some lanes.
     #[inline(always)]
     pub fn keep(&mut self, accept: L::Mask) {

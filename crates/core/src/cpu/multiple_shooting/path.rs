@@ -5,14 +5,14 @@
 use super::elimination::rotate;
 use super::interval::{Node, turn};
 use super::state::{Nodes, Purpose};
-use crate::cpu::algebra::{affordable, axpy, differs_widely};
+use crate::cpu::algebra::{affordable, axpy, differs_widely, length as length_of};
 use crate::cpu::rod::problem::{Problem, Workspace};
 use crate::cpu::rod::stability::has_no_energy;
 use crate::cpu::simd::lane::Lane;
 use crate::model::tolerances::{
-    CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_LEAST_RATIO, NODE_MOST_RATIO,
-    NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP, NODE_TRUST,
-    NODE_WARY, NodePace, SPENT, WIDENING,
+    CORRECTIONS, NODE_AIM, NODE_CONTRACTION, NODE_FIRST_STEP, NODE_FOLD_PIVOT, NODE_HALFWAY, NODE_LEAST_RATIO,
+    NODE_MOST_RATIO, NODE_NEAR_PIVOT, NODE_PASS_LIMIT, NODE_RETREAT, NODE_SMALLEST_FIRST_STEP, NODE_SMALLEST_STEP,
+    NODE_TRUST, NODE_WARY, NodePace, SPENT, WIDENING,
 };
 
 /// Where the paths of a register ended.
@@ -51,22 +51,26 @@ pub fn follow_nodes<L: Lane>(
     let (mut last_size, mut first_size) = (first_bound, zero);
     let (mut corrections, mut passes) = (zero, zero);
     let (mut reached, mut failed, mut exhausted, mut unstable) = (nobody, !wanted, nobody, nobody);
+    // Lanes whose load step has arrived and is looked at halfway; its least pivot, and how far it leads.
+    let (mut checking, mut least_at_end, mut length) = (nobody, one, one);
     loop {
         let active = !(reached | failed);
         if !L::any(active) {
             break;
         }
-        nodes.pass(problem, target, Purpose::Transfers, workspace);
-        let size = nodes.newton_step(problem, target);
+        let load = L::select(checking, (lambda + target) * one.constant(0.5), target);
+        nodes.pass(problem, load, Purpose::Transfers, workspace);
+        let size = nodes.newton_step(problem, load);
         let mut least = nodes.elimination.least;
         // Newton's method leads to other branches from where the energy is not convex.
         let mut convex = nodes.elimination.index.lt(one.constant(0.5));
         let contracting =
             size.lt(last_size * one.constant(NODE_CONTRACTION)) & corrections.lt(one.constant(CORRECTIONS));
-        let (mut arrives, mut tolerance) = (active, one.constant(pace.tolerance));
+        let (mut arrives, mut tolerance, mut dead) = (active, one.constant(pace.tolerance), nobody);
         if problem.program.load_without_energy {
             // A dead moment has no energy: pivots count as they are.
-            let (dead, whole) = (has_no_energy(problem.rod), nodes.elimination.least_whole(&nodes.transfers));
+            let whole = nodes.elimination.least_whole(&nodes.transfers);
+            dead = has_no_energy(problem.rod);
             least = L::select(dead, whole, least);
             convex = (convex & !dead) | (dead & zero.lt(whole));
             // Beyond a fold Newton's steps shrink by half for a while, and lead through the gap to another branch.
@@ -77,16 +81,22 @@ pub fn follow_nodes<L: Lane>(
         let stable = convex & !near & !leaps(least, last_least);
         let partial = target.lt(one);
         let converged = size.lt(narrowed(least) * tolerance);
-        let accept = arrives & converged & stable;
-        let go_on = active & !converged & contracting & convex;
-        let reject = active & !accept & !go_on;
-        unstable = (unstable & !active) | (reject & converged);
+        let ends = arrives & converged & stable & !checking;
+        // Both ends of a load step may be stable, and a gap lie between them.
+        let passes_between = checking & zero.lt(least) & size.lt(length * one.constant(NODE_HALFWAY));
+        let begins_check = ends & dead;
+        let accept = (ends & !dead) | passes_between;
+        let go_on = active & !converged & contracting & convex & !checking;
+        let reject = active & !(accept | go_on | begins_check);
+        unstable = (unstable & !active) | (reject & (converged | checking));
+        least = L::select(checking, least_at_end, least);
         let used = target - lambda;
         let most = affordable(least, last_least, used, NODE_NEAR_PIVOT, SPENT);
         last_least = L::select(accept, least, last_least);
         weakest = L::select(accept, weakest.min(least), weakest);
 
-        nodes.take_step(accept | go_on);
+        nodes.take_step((accept & !checking) | go_on | begins_check);
+        nodes.end_check(checking);
         nodes.keep(accept);
         lambda_earlier = L::select(accept, lambda_before, lambda_earlier);
         lambda_before = L::select(accept, lambda, lambda_before);
@@ -108,8 +118,14 @@ pub fn follow_nodes<L: Lane>(
         let equilibria = [on_path(pace, earlier), on_path(pace, lambda_before), on_path(pace, lambda)];
         predict(nodes, restart, equilibria, on_path(pace, target));
         nodes.hold_base(problem);
+        if L::any(begins_check) {
+            let end = begin_check(nodes, begins_check, [lambda_before, lambda, target]);
+            length = L::select(begins_check, end, length);
+            least_at_end = L::select(begins_check, least, least_at_end);
+        }
+        checking = begins_check;
         last_size = L::select(go_on, size, narrowed(last_least) * first_bound);
-        corrections = L::select(go_on, corrections + one, zero);
+        corrections = L::select(go_on | begins_check, corrections + one, zero);
         passes = L::select(active, passes + one, passes);
         let over = active & !reached & !passes.lt(one.constant(NODE_PASS_LIMIT));
         exhausted = exhausted | over;
@@ -149,6 +165,32 @@ fn predict<L: Lane>(nodes: &mut Nodes<L>, restart: L::Mask, [earlier, before, la
         let predicted = Node { d1: rotate(w, accepted.d1), t: rotate(w, accepted.t), m };
         *trial = Node::select(restart, predicted, *trial);
     }
+}
+
+/// Puts the nodes of lanes that look at a load step halfway along it: on the parabola through its ends and the equilibrium before it,
+/// or on a line. Returns how far the step leads: radians, or moment relative to 1 plus the largest.
+#[inline(always)]
+fn begin_check<L: Lane>(nodes: &mut Nodes<L>, lanes: L::Mask, [before, last, end]: [L; 3]) -> L {
+    let zero = last.constant(0.0);
+    let (secant, step) = (last - before, end - last);
+    let bend = over(step * step * zero.constant(0.25), step + secant);
+    let bend = L::select(zero.lt(secant), bend, zero);
+    let by_step = zero.constant(0.5) - over(bend, step);
+    let by_secant = over(bend, secant);
+    let (mut turned, mut changed, mut largest) = (zero, zero, zero);
+    nodes.at_end.clone_from(&nodes.nodes);
+    let equilibria = nodes.accepted.iter().zip(&nodes.before);
+    for (trial, (accepted, before)) in nodes.nodes.iter_mut().zip(equilibria) {
+        let (w, dm) = (turn(accepted, trial), trial.m - accepted.m);
+        turned = turned.max(length_of(w));
+        changed = changed.max(length_of(dm));
+        largest = largest.max(length_of(trial.m));
+        let w = w * by_step + turn(before, accepted) * by_secant;
+        let m = axpy(by_secant, accepted.m - before.m, axpy(by_step, dm, accepted.m));
+        let halfway = Node { d1: rotate(w, accepted.d1), t: rotate(w, accepted.t), m };
+        *trial = Node::select(lanes, halfway, *trial);
+    }
+    turned.max(changed / (zero.constant(1.0) + largest))
 }
 
 /// What a path goes along: the load, quickly its square root.

@@ -28,6 +28,8 @@ pub struct Nodes<L: Lane> {
     pub accepted: Vec<Node<L>>,
     pub before: Vec<Node<L>>,
     pub earlier: Vec<Node<L>>,
+    /// The end of a load step that is looked at halfway.
+    pub at_end: Vec<Node<L>>,
     pub transfers: Vec<Transfer<L>>,
     pub defects: Vec<(Vec3<L>, Vec3<L>)>,
     /// Of each interval, `drive_count` threes.
@@ -56,6 +58,7 @@ impl<L: Lane> Nodes<L> {
             accepted: Vec::new(),
             before: Vec::new(),
             earlier: Vec::new(),
+            at_end: Vec::new(),
             transfers: Vec::new(),
             defects: Vec::new(),
             drives: Vec::new(),

@@ -80,9 +80,9 @@ pub fn follow_varying<L: VaryingPasses>(
     let slope = from.largest.max(one.constant(1e-6));
     // In single precision round-off hides what lies closer.
     let sharp = care && L::Scalar::SHARP;
-    // Elsewhere the field acts, but for stretches under a tip moment, as if it did at the middles of rigid segments; the answer corrects it.
+    // Without care the field acts, but for stretches under a tip moment, as if it did at the middles of rigid segments; the answer corrects it.
     let points = match &program.field {
-        Some(field) if sharp || program.load_without_energy => field.points,
+        Some(field) if care || program.load_without_energy => field.points,
         _ => CoilLoad::Middle.points(),
     };
     let smallest = one.constant(match (care, sharp) {
@@ -129,7 +129,7 @@ pub fn follow_varying<L: VaryingPasses>(
         };
         let mut converged = active & correction.lt(enough);
         if care {
-            let near = margin.lt(one.constant(if sharp { NEAR_MARGIN } else { 0.0 }));
+            let near = margin.lt(one.constant(NEAR_MARGIN));
             // The error left after a correction shifts the next one, so the tolerance shrinks with the trust.
             let left = L::select(near, one.constant(NEAR_TOLERANCE), one.constant(FIELD_TOLERANCE * program.pace));
             converged = converged & moved.lt(left);
