@@ -144,9 +144,11 @@ impl Family {
         let mut tips = map.solve_from_rest(&self.inputs[first..])?;
         let free: Vec<[bool; MOST_INPUTS]> =
             (0..self.skeleton.face_count()).map(|face| free_inputs(&self.skeleton, face)).collect();
-        tips.iter_mut().zip(&self.faces[first..]).for_each(|(tip, face)| hold(tip, &free[*face as usize]));
-        let weigh = |tip: &Tip| if tip.counts(minimum_margin) { stretch(tip, dimension) } else { 0.0 };
-        self.weights.extend(tips.iter().map(weigh));
+        let weigh = |(tip, face): (&Tip, &u64)| match tip.counts(minimum_margin) {
+            true => stretch(&held(tip, &free[*face as usize]), dimension),
+            false => 0.0,
+        };
+        self.weights.extend(tips.iter().zip(&self.faces[first..]).map(weigh));
         self.tips.append(&mut tips);
         Ok(())
     }
@@ -231,7 +233,8 @@ impl Family {
         let free: Vec<_> = (0..self.skeleton.face_count()).map(|face| free_inputs(&self.skeleton, face)).collect();
         let aim = Aim::voxels(map.input_count(), self.dimension, edge, Branch::FromRest, minimum_margin);
         let begin = |(number, start): (usize, usize)| {
-            let source = Source { at: self.inputs[start], tip: self.tips[start] };
+            let source =
+                Source { at: self.inputs[start], tip: held(&self.tips[start], &free[self.faces[start] as usize]) };
             let search = Search::new([0; 3], self.tips[points[number]].position, &Arc::new(source));
             ((number, self.faces[start]), search)
         };
@@ -242,7 +245,7 @@ impl Family {
             .flat_map(|(number, starts)| starts.iter().map(move |start| (number, *start)))
             .map(begin)
             .collect();
-        let hold_face = |(_, face): &(usize, u64), tip: &mut Tip| hold(tip, &free[*face as usize]);
+        let hold_face = |(_, face): &(usize, u64), tip: &mut Tip| *tip = held(tip, &free[*face as usize]);
         for ((number, _), search) in run_searches(map, &aim, active, &hold_face)? {
             let place = self.tips[points[number]].position;
             let arrived = search.end == Some(End::Reached) && distance(search.tip.position, place) < 0.05 * edge;
@@ -325,8 +328,10 @@ fn free_inputs(skeleton: &Skeleton, face: u64) -> [bool; MOST_INPUTS] {
 }
 
 /// Inputs at a limit stay there: the tip does not move with them.
-fn hold(tip: &mut Tip, free: &[bool; MOST_INPUTS]) {
+fn held(tip: &Tip, free: &[bool; MOST_INPUTS]) -> Tip {
+    let mut tip = *tip;
     tip.jacobian.iter_mut().zip(free).filter(|(_, free)| !**free).for_each(|(column, _)| *column = [0.0; 3]);
+    tip
 }
 
 /// sqrt(det(JᵀJ)) over the free inputs: volume, area or length of the tip's travel for a unit of inputs.

@@ -35,7 +35,11 @@ impl WorkspaceJob<'_> {
         scene: Scene,
         lattice: Lattice,
     ) -> Result<Workspace, WorkspaceError> {
-        let reached: Vec<usize> = nominal.grown.reached().collect();
+        // One for each voxel of the lattice.
+        let (grown, mut cells) = (&nominal.grown, CellMap::default());
+        let is_first =
+            |at: &usize| cells.insert(lattice.cell(grown.lattice.centre(grown.voxels[*at].cell)), ()).is_none();
+        let reached: Vec<usize> = grown.reached().filter(is_first).collect();
         let every = reached.len().div_ceil(DESIGN_SEEDS).max(1);
         let inputs = nominal.inputs.clone();
         let starts: Vec<Inputs> = match reached.is_empty() {

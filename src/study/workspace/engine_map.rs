@@ -3,7 +3,7 @@
 use super::error::WorkspaceError;
 use super::inputs::WorkspaceInput;
 use super::seeds::net_points;
-use super::tip_map::{Inputs, MOST_INPUTS, Tip, TipMap};
+use super::tip_map::{Inputs, MOST_INPUTS, Tip, TipMap, difference, distance, norm};
 use crate::backend::{Backend, BackendError};
 use crate::engines::{Engine, cpu_f64, second_attempt};
 use crate::model::{
@@ -29,6 +29,29 @@ pub struct MapOptions {
     pub steps: Option<usize>,
 }
 
+/// A tip is the one that was known within so many tolerances, and its base moment within a share.
+const SAME_TIP: f64 = 4.0;
+const SAME_MOMENT: f64 = 0.01;
+
+/// An equilibrium that was found: what it takes to find it again.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    /// Inputs over half their range.
+    pub at: Inputs,
+    /// Internal moment at the base (N·m).
+    pub base_moment: Vector,
+    /// Of the tip (m).
+    pub position: Vector,
+}
+
+impl Known {
+    /// Whether this is that equilibrium again, its tip off by so much at most (m).
+    fn is_found(&self, tip: &Tip, most: f64) -> bool {
+        let moment = norm(difference(tip.base_moment, self.base_moment));
+        tip.usable && distance(tip.position, self.position) <= most && moment <= SAME_MOMENT * norm(self.base_moment)
+    }
+}
+
 /// A rod that inputs act on, with an engine.
 pub struct EngineMap {
     reader: TipReader,
@@ -37,8 +60,8 @@ pub struct EngineMap {
     engine: Engine,
     second: Option<Box<dyn Backend>>,
     near: Option<(Plan, Box<dyn Backend>)>,
-    /// With derivatives by a force on the tip.
-    soft: Option<(Box<dyn Backend>, Plan)>,
+    /// With derivatives by a force on the tip: from rest, and near given base moments.
+    soft: [Option<(Box<dyn Backend>, Plan)>; 2],
     solves: u64,
 }
 
@@ -74,7 +97,7 @@ impl EngineMap {
             engine: options.engine.clone(),
             second: None,
             near: None,
-            soft: None,
+            soft: [None, None],
             solves: 0,
         })
     }
@@ -105,17 +128,51 @@ impl EngineMap {
     ///
     /// An engine that fails.
     pub fn with_compliance(&mut self, inputs: &[Inputs]) -> Result<Vec<(Tip, [Vector; 3])>, WorkspaceError> {
-        if self.soft.is_none() {
+        self.softened(inputs, None)
+    }
+
+    /// The same of equilibria that were found before. In a field that varies each is found again from its base moment; what is not found so
+    /// is solved from rest.
+    pub(super) fn with_compliance_again(&mut self, known: &[Known]) -> Result<Vec<(Tip, [Vector; 3])>, WorkspaceError> {
+        let inputs: Vec<Inputs> = known.iter().map(|known| known.at).collect();
+        let Scene { sources, wall, .. } = &self.plan.scene;
+        if !sources.varies() || wall.is_some() {
+            return self.softened(&inputs, None);
+        }
+        let moments: Vec<Vector> = known.iter().map(|known| known.base_moment).collect();
+        let mut all = self.softened(&inputs, Some(&moments))?;
+        let most = SAME_TIP * self.plan.options.tolerance * self.plan.units.length;
+        let left: Vec<usize> = (0..known.len()).filter(|row| !known[*row].is_found(&all[*row].0, most)).collect();
+        let inputs: Vec<Inputs> = left.iter().map(|row| inputs[*row]).collect();
+        for (row, found) in left.into_iter().zip(self.softened(&inputs, None)?) {
+            all[row] = found;
+        }
+        Ok(all)
+    }
+
+    /// The same from rest, or near base moments (N·m).
+    fn softened(
+        &mut self,
+        inputs: &[Inputs],
+        moments: Option<&[Vector]>,
+    ) -> Result<Vec<(Tip, [Vector; 3])>, WorkspaceError> {
+        let soft = &mut self.soft[usize::from(moments.is_some())];
+        if soft.is_none() {
             let of_inputs = self.plan.derivatives.iter().map(|derivative| derivative.parameter);
             let wrt: Vec<Parameter> = of_inputs.chain(Axis::ALL.map(Parameter::TipForce)).collect();
             let plan = Plan::new(&self.plan.scene, &self.plan.axes, &wrt, self.plan.options)?;
-            self.soft = Some((self.engine.make(&plan)?, plan));
+            let plan = if moments.is_some() { plan.with_lone_starts() } else { plan };
+            *soft = Some((self.engine.make(&plan)?, plan));
         }
-        let Some((backend, plan)) = &mut self.soft else { return Ok(Vec::new()) };
-        let first = self.plan.derivatives.len();
+        let Some((backend, plan)) = soft else { return Ok(Vec::new()) };
+        let (first, at_once) = (self.plan.derivatives.len(), backend.batch_size().max(1));
         let mut all = Vec::with_capacity(inputs.len());
-        for rows in inputs.chunks(backend.batch_size().max(1)) {
-            let solutions = backend.solve(&batch(plan, &self.reader.inputs, rows))?;
+        for (chunk, rows) in inputs.chunks(at_once).enumerate() {
+            let mut batch = batch(plan, &self.reader.inputs, rows);
+            for (row, moment) in moments.unwrap_or_default().iter().skip(chunk * at_once).take(rows.len()).enumerate() {
+                plan.set_lone_start(&mut batch, row, *moment);
+            }
+            let solutions = backend.solve(&batch)?;
             self.solves += rows.len() as u64;
             let tips = self.reader.tips(plan, &solutions);
             let rates = |row: usize| match solutions.status(row).is_success() {

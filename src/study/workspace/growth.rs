@@ -3,6 +3,7 @@
 //! All searches that are under way are solved together, round by round. What follows from a round depends on its order
 //! alone, which no thread changes.
 
+use super::engine_map::Known;
 use super::lattice::{Cell, CellMap, neighbours};
 use super::search::{Aim, End, GRAIN, Search, Source, solve_trials};
 use super::section::section;
@@ -33,6 +34,8 @@ pub struct Voxel {
     pub margin: f64,
     /// Tangent at the tip there.
     pub tangent: [f32; 3],
+    /// Internal moment at the base there (N·m): the same equilibrium is found again from it.
+    pub base_moment: Vector,
     /// Of a surface: the area inside (m²); of a curve, the length (m); 1 for a reached centre, else 0.
     pub measure: f64,
     /// The nearest tip that was found less the centre (m); of a surface or curve the foot point.
@@ -120,6 +123,14 @@ impl Grown {
     /// Places of the reached voxels.
     pub fn reached(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.voxels.len()).filter(|at| self.voxels[*at].is_reached())
+    }
+
+    /// The equilibrium of a reached voxel, to be found again.
+    pub(super) fn known(&self, voxel: usize, at: Inputs) -> Known {
+        let Voxel { cell, offset, base_moment, .. } = self.voxels[voxel];
+        let centre = self.lattice.centre(cell);
+        let position = std::array::from_fn(|axis| centre[axis] + f64::from(offset[axis]));
+        Known { at, base_moment, position }
     }
 
     fn aim(&self) -> Aim {
@@ -236,10 +247,11 @@ impl Grown {
     /// Notes a voxel without a search.
     pub(super) fn put(&mut self, cell: Cell, at: &Inputs, tip: &Tip, end: End) {
         let place = self.meet(cell) as usize;
-        let (end, tangent) = (Some(end), tip.tangent.map(|x| x as f32));
+        let (end, tangent, base_moment) = (Some(end), tip.tangent.map(|x| x as f32), tip.base_moment);
         let measure = if end == Some(End::Reached) { 1.0 } else { 0.0 };
         self.reached_count += usize::from(end == Some(End::Reached) && !self.voxels[place].is_reached());
-        self.voxels[place] = Voxel { end, missing: 0.0, margin: tip.margin, tangent, measure, ..Voxel::unknown(cell) };
+        self.voxels[place] =
+            Voxel { end, missing: 0.0, margin: tip.margin, tangent, base_moment, measure, ..Voxel::unknown(cell) };
         self.inputs[self.input_count * place..][..self.input_count].copy_from_slice(&at[..self.input_count]);
     }
 
@@ -256,6 +268,7 @@ impl Grown {
             missing: search.missing(),
             margin: search.tip.margin,
             tangent: search.tip.tangent.map(|x| x as f32),
+            base_moment: search.tip.base_moment,
             measure: if search.end == Some(End::Reached) { 1.0 } else { 0.0 },
             ..Voxel::unknown(search.cell)
         };
@@ -301,6 +314,7 @@ impl Voxel {
             missing: f64::INFINITY,
             margin: f64::NAN,
             tangent: [f32::NAN; 3],
+            base_moment: [f64::NAN; 3],
             measure: 0.0,
             offset: [0.0; 3],
             normal: [0.0; 3],

@@ -145,7 +145,7 @@ pub struct VoxelValues {
 }
 
 impl VoxelValues {
-    /// Solves every reached voxel once more, for its Jacobian and its compliance.
+    /// Finds the equilibrium of every reached voxel again, for its Jacobian and its compliance.
     pub(super) fn of(
         grown: &Grown,
         map: &mut EngineMap,
@@ -158,7 +158,8 @@ impl VoxelValues {
         let count = grown.input_count;
         let all: u64 = counts.values().map(|count| u64::from(*count)).sum();
         for (places, inputs) in places.chunks(TOGETHER).zip(inputs.chunks(TOGETHER)) {
-            let solved = map.with_compliance(inputs)?;
+            let known = places.iter().zip(inputs).map(|(at, inputs)| grown.known(*at, *inputs)).collect::<Vec<_>>();
+            let solved = map.with_compliance_again(&known)?;
             values.compliance.extend(solved.iter().map(|(_, rates)| principal_compliance(rates)));
             let mut tips: Vec<Tip> = solved.into_iter().map(|(tip, _)| tip).collect();
             if grown.branch == super::Branch::Neighbour {

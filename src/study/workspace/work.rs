@@ -133,16 +133,13 @@ impl<'a> Work<'a> {
         };
         if let Some(family) = &family {
             // Further places to begin from; the integral itself knows nothing of growth.
-            let (cells, mut fresh) = (self.cells(), Vec::new());
+            let cells = self.cells();
             for (at, tip) in family.seeds().filter(|(_, tip)| tip.counts(least)) {
                 self.seen.add(&self.lattice, &at, tip);
                 if !cells.contains_key(&self.lattice.cell(tip.position)) {
-                    fresh.push(at);
+                    self.rows.push((at, *tip));
                 }
             }
-            // Once more with every derivative: those of the family are held at its limits.
-            let tips = self.map.solve_from_rest(&fresh)?;
-            self.rows.extend(fresh.into_iter().zip(tips).filter(|(_, tip)| tip.counts(least)));
         }
         let (mut volume_of, mut area_of, mut length_of, mut surface) = (None, None, None, None);
         let rank = dimension.rank;
