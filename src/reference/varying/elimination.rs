@@ -44,7 +44,7 @@ struct Eliminated {
     carried: DMatrix<f64>,
     /// Inverse of the form of its unknowns and all beyond.
     inverse: DMatrix<f64>,
-    /// The same form, by its unknowns and what is carried.
+    /// That form's entries by one of its unknowns and one of what is carried.
     cross: DMatrix<f64>,
 }
 
@@ -116,9 +116,11 @@ impl Elimination {
         Some(least)
     }
 
+    /// The unknowns that the second variation takes to these, its inverse, from the forms with the wall's forces.
+    ///
     /// A direction q in which the wall gives way by c times the rod's own compliance adds q q^T / c. With that of q shrunk by
     /// sqrt(c / (1 + c)), which changes no sign, the sum is the identity at rest, finite, and for c = 0 the form on all that does not
-    /// move the tip. Its inverse, from the forms with the wall's forces:
+    /// move the tip.
     fn solve(&self, mut given: DVector<f64>) -> DVector<f64> {
         let shrunk = |held: &Held| (held.compliance * (1.0 + held.compliance)).sqrt();
         let along: Vec<f64> = self.held.iter().map(|held| held.way.dot(&given)).collect();

@@ -131,8 +131,8 @@ impl EngineMap {
         self.softened(inputs, None)
     }
 
-    /// The same of equilibria that were found before. In a field that varies each is found again from its base moment; what is not found so
-    /// is solved from rest.
+    /// Equilibria that were found before, with the derivatives of the tip by a force on it. In a field that varies each is found again from
+    /// its base moment; what is not found so is solved from rest.
     pub(super) fn with_compliance_again(&mut self, known: &[Known]) -> Result<Vec<(Tip, [Vector; 3])>, WorkspaceError> {
         let inputs: Vec<Inputs> = known.iter().map(|known| known.at).collect();
         let Scene { sources, wall, .. } = &self.plan.scene;
@@ -150,7 +150,7 @@ impl EngineMap {
         Ok(all)
     }
 
-    /// The same from rest, or near base moments (N·m).
+    /// Equilibria with the derivatives of the tip by a force on it, from rest or near base moments (N·m).
     fn softened(
         &mut self,
         inputs: &[Inputs],
