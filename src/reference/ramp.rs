@@ -173,7 +173,7 @@ pub(super) struct Regular {
     pub evidence: Evidence,
 }
 
-/// What tells that det(dr/dm0) keeps its sign.
+/// Evidence that det(dr/dm0) keeps its sign over a load step.
 pub(super) enum Evidence {
     /// dr/dm0 in the world frame.
     Matrix(Matrix3<f64>),

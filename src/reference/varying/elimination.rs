@@ -12,7 +12,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3xX, SymmetricEigen};
 pub(super) const FROM_BASE: usize = 9;
 /// Forces of a wall at most; they are the same for all pieces.
 const FORCES: usize = 3;
-/// What is not a piece's own: it comes before its unknowns.
+/// Columns of a form before those of the piece's unknowns: numbers from the base, then forces of the wall.
 pub(super) const CARRIED: usize = FROM_BASE + FORCES;
 /// Steps to the least eigenvalue; two digits will do.
 const ITERATIONS: usize = 12;

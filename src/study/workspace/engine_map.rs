@@ -40,7 +40,7 @@ pub(super) struct Known {
     pub at: Inputs,
     /// Internal moment at the base (N·m).
     pub base_moment: Vector,
-    /// Of the tip (m).
+    /// Position of the tip (m).
     pub position: Vector,
 }
 
