@@ -220,6 +220,7 @@ def control(
     scene: NativeScene,
     positions: list[list[float]],
     tangents: list[list[float]] | None,
+    normal_forces: list[float] | None,
     options: dict[str, Any],
     progress: _Listener,
 ) -> NativeControl: ...
@@ -236,7 +237,9 @@ def fit(
     known: list[str],
     values: list[list[float]],
     shapes: list[list[list[float]]],
+    normal_forces: list[list[float]],
     free: list[str] | None,
     noise: float | None,
+    force_noise: float | None,
     threads: int | None,
 ) -> NativeFit: ...

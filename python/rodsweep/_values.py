@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError
-from ._units import doubt, is_bare, si
+from ._units import doubt, is_bare, number, si
 from .scene import Scene
 
 Floats = NDArray[np.float64]
@@ -69,6 +69,15 @@ def numbers(scene: Scene, name: str, value: Any) -> Floats:
         parameters = {parameter.name: parameter.value for parameter in scene.with_values({name: value}).parameters()}
         return np.asarray(parameters[component])
     return floats(name, value, scene._unit(name))
+
+
+def forces_of(key: str, value: Any, shape: tuple[int, ...]) -> Floats:
+    """Forces (N) of this shape, or one for all of them."""
+    given = np.asarray(number(key, value, "N")) if isinstance(value, str) else floats(key, value, "N")
+    try:
+        return np.broadcast_to(given, shape)
+    except ValueError:
+        raise InputError(f"`{key}`: has shape {given.shape}; give {shape}, or one number", key) from None
 
 
 def floats(name: str, value: Any, unit: str | None) -> Floats:

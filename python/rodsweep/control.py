@@ -17,7 +17,7 @@ from ._progress import Listener, Shown
 from ._rodsweep import NativeControl, Table
 from ._told import Told
 from ._units import doubt, doubt_length, is_bare, number
-from ._values import Floats, names_of
+from ._values import Floats, forces_of, names_of
 from .scene import Scene, _quantity, check_scene
 from .solve import _count
 from .studies import points
@@ -28,6 +28,7 @@ def control(
     positions: Any,
     tangents: Any = None,
     *,
+    normal_forces: Any = None,
     inputs: Mapping[str, Any] | None = None,
     in_order: bool = True,
     closed: bool = False,
@@ -52,6 +53,8 @@ def control(
         Where the tip should be (m).
     tangents : array_like, shape (n, 3), optional
         Directions of the tip; of any length.
+    normal_forces : array_like, shape (n,), or one for all, optional
+        How hard the tip should press on the wall of the scene, along the wall's normal (N).
     inputs : dict, optional
         What is commanded: names to a limit of either sign, or to ``(low, high)``; SI numbers or texts with units. By
         default every current, within ±0.3 A. Quantities of pint and astropy stand here and below, too.
@@ -60,7 +63,7 @@ def control(
     closed : bool
         Whether the way goes on from the last target to the first; for the figures.
     coordinates : str or sequence of str, optional
-        Which of x, y and z are controlled; by default all.
+        Which of x, y, z and normal_force are controlled; by default those that are given.
     tolerance : float, optional
         A target is reached where so much is left (m).
     tangent_weight : float, optional
@@ -108,8 +111,9 @@ def control(
             doubt(scene, input, limits)
     directions = None if tangents is None else points("tangents", tangents, "")
     targets = points("positions", positions)
+    forces = None if normal_forces is None else forces_of("normal_forces", normal_forces, (len(targets),)).tolist()
     with Shown(progress, len(targets), "targets") as listener:
-        found = Control(_rodsweep.control(scene._native, targets, directions, options, listener))
+        found = Control(_rodsweep.control(scene._native, targets, directions, forces, options, listener))
     judge(found, found.account["distrusted"], None, allow_distrusted)
     return found
 
@@ -150,6 +154,13 @@ class Control(Told):
     def tip_position(self) -> Floats:
         """Where the tip is (m), shape (n, 3)."""
         return np.stack([self._table[f"tip.position.{axis}"] for axis in "xyz"], axis=-1)
+
+    @property
+    def normal_force(self) -> Floats:
+        """Force of the wall on the tip along its normal (N), shape (n,); NaN without a wall."""
+        if "contact.normal_force" not in self._table.columns:
+            return np.full(len(self._table), np.nan)
+        return self._table["contact.normal_force"]
 
     @property
     def outcome(self) -> NDArray[np.str_]:

@@ -20,12 +20,14 @@ from .solve import _count
 
 def fit(
     scene: Scene,
-    positions: Any,
+    positions: Any = None,
     arc_length: Any = None,
     values: Mapping[str, Any] | None = None,
     *,
+    normal_forces: Any = None,
     free: str | Sequence[str] | None = None,
     noise: float | str | None = None,
+    force_noise: float | str | None = None,
     threads: int | None = None,
     allow_distrusted: bool = False,
 ) -> Fit:
@@ -35,17 +37,21 @@ def fit(
     ----------
     scene : Scene
         Where the fit starts.
-    positions : array_like, shape (m, p, 3) or (m, 3)
+    positions : array_like, shape (m, p, 3) or (m, 3), optional
         Points of m shapes in the world (m), or a quantity of pint or astropy, as everywhere below; of shape (m, 3) one
-        point each. A point that is NaN was not seen.
+        point each. A point that is NaN was not seen. Needed unless forces were measured.
     arc_length : array_like, shape (p,) or (m, p), optional
         Of the points, from the base (m); NaN means the tip. Without it every point is the tip.
     values : dict, optional
         What is known to differ from one shape to the next: names to numbers or arrays of shape (m,).
+    normal_forces : array_like, shape (m,) or (m, q), optional
+        Measured forces of the scene's wall on the tip, along the wall's normal (N); NaN was not measured.
     free : str or sequence of str, optional
         What is fitted; names joined by ``+`` keep their ratio. By default rest curvature about x and y.
     noise : float, optional
         Standard deviation of a coordinate (m); else it is estimated.
+    force_noise : float, optional
+        Standard deviation of a measured force (N); else a force counts by how far it pushes the rod aside.
     allow_distrusted : bool
         Whether to warn, and not to raise, where the reference contradicts a fitted rod.
 
@@ -67,12 +73,26 @@ def fit(
     (array([0.98]), ['rod.rest_curvature.x'])
     """
     check_scene(scene)
-    points = floats("positions", positions, "m")
+    forces = np.empty((0, 0)) if normal_forces is None else floats("normal_forces", normal_forces, "N")
+    if forces.ndim == 1:
+        forces = forces[:, np.newaxis]
+    if forces.ndim != 2:
+        raise InputError(f"`normal_forces`: has shape {forces.shape}; give (m,) or (m, q)", "normal_forces")
+    if positions is None:
+        if normal_forces is None:
+            raise InputError("`positions`: are missing; give points, or `normal_forces` that were measured", "positions")
+        points = np.empty((forces.shape[0], 0, 3))
+    else:
+        points = floats("positions", positions, "m")
     if points.ndim == 2:
         points = points[:, np.newaxis]
     if points.ndim != 3 or points.shape[2] != 3:
         raise InputError(f"`positions`: has shape {points.shape}; give (m, p, 3) or (m, 3)", "positions")
     count = points.shape[0]
+    if normal_forces is not None and forces.shape[0] != count:
+        what = f"has shape {forces.shape} for {count} shapes; give ({count},) or ({count}, q)"
+        raise InputError(f"`normal_forces`: {what}", "normal_forces")
+    measured = [[force for force in row if not _is_nan(force)] for row in forces.tolist()] or [[] for _ in range(count)]
     if arc_length is None:
         at = np.full(points.shape[:2], np.nan)
     else:
@@ -106,8 +126,10 @@ def fit(
         columns.names,
         known,
         shapes,
+        measured,
         None if free is None else names_of("free", free),
         None if noise is None else number("noise", noise, "m"),
+        None if force_noise is None else number("force_noise", force_noise, "N"),
         _count("threads", threads),
     )
     found = Fit(native)

@@ -46,10 +46,17 @@ pub fn control(
     scene: &NativeScene,
     positions: Vec<[f64; 3]>,
     tangents: Option<Vec<[f64; 3]>>,
+    normal_forces: Option<Vec<f64>>,
     options: ControlOptions,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<NativeControl> {
-    let targets = targets(&positions, tangents.as_deref())?;
+    let mut targets = targets(&positions, tangents.as_deref())?;
+    if normal_forces.iter().flatten().any(|force| !force.is_finite()) {
+        return Err(Failure::at("normal_forces", "hold a number that is not finite").into());
+    }
+    for (target, force) in targets.iter_mut().zip(normal_forces.into_iter().flatten()) {
+        *target = target.pressing(force);
+    }
     if targets.is_empty() {
         return Err(Failure::at("positions", "hold no target; give at least one").into());
     }

@@ -21,7 +21,7 @@ type Points = Vec<[f64; 4]>;
 
 /// Fits; `values` holds the known parameters of each shape.
 #[pyfunction]
-#[pyo3(signature = (scene, known, values, shapes, free, noise, threads))]
+#[pyo3(signature = (scene, known, values, shapes, normal_forces, free, noise, force_noise, threads))]
 #[allow(clippy::too_many_arguments)]
 pub fn fit(
     py: Python<'_>,
@@ -29,16 +29,28 @@ pub fn fit(
     known: Vec<String>,
     values: Vec<Vec<f64>>,
     shapes: Vec<Points>,
+    normal_forces: Vec<Vec<f64>>,
     free: Option<Vec<String>>,
     noise: Option<f64>,
+    force_noise: Option<f64>,
     threads: Option<usize>,
 ) -> PyResult<NativeFit> {
     let mut parameters = Vec::new();
     for name in &known {
         parameters.extend(scene.parse(name)?);
     }
-    if shapes.is_empty() || shapes.iter().any(Vec::is_empty) {
-        return Err(Failure::at("positions", "hold no point; give at least one point of each shape").into());
+    let is_empty = |(points, forces): (&Points, &Vec<f64>)| points.is_empty() && forces.is_empty();
+    if shapes.is_empty() || normal_forces.len() != shapes.len() || shapes.iter().zip(&normal_forces).any(is_empty) {
+        let problem = "hold no point; give at least one point, or a measured force, of each shape";
+        return Err(Failure::at("positions", problem).into());
+    }
+    if scene.scene.wall.is_none() && normal_forces.iter().any(|forces| !forces.is_empty()) {
+        let problem =
+            "are given, and the scene has no wall that the tip could press on: add [wall] to it, or leave them out";
+        return Err(Failure::at("normal_forces", problem).into());
+    }
+    if normal_forces.iter().flatten().any(|force| !force.is_finite()) {
+        return Err(Failure::at("normal_forces", "hold a number that is not finite").into());
     }
     if values.len() != shapes.len() || values.iter().any(|row| row.len() != parameters.len()) {
         return Err(Failure::at("values", "are not one for each shape").into());
@@ -49,8 +61,11 @@ pub fn fit(
     if noise.is_some_and(|noise| !(noise > 0.0 && noise.is_finite())) {
         return Err(Failure::at("noise", "is no positive number; give a length in metres").into());
     }
+    if force_noise.is_some_and(|noise| !(noise > 0.0 && noise.is_finite())) {
+        return Err(Failure::at("force_noise", "is no positive number; give a force in newtons").into());
+    }
     let mut observed = ObservedShapes { known: parameters, shapes: Vec::new() };
-    for (row, points) in values.into_iter().zip(&shapes) {
+    for ((row, points), normal_forces) in values.into_iter().zip(&shapes).zip(normal_forces) {
         let mut own = scene.scene.clone();
         let pairs = observed.known.iter().copied().zip(row.iter().copied());
         Parameter::set_all(&mut own, pairs).map_err(Failure::from)?;
@@ -63,7 +78,7 @@ pub fn fit(
             Ok(ObservedPoint { arc_length, position: [*x, *y, *z] })
         });
         let points = points.collect::<Result<Vec<_>, Failure>>()?;
-        observed.shapes.push(ObservedShape { known: row, points, normal_forces: Vec::new() });
+        observed.shapes.push(ObservedShape { known: row, points, normal_forces });
     }
     let mut job = FitJob::new(scene.scene.clone(), observed);
     if let Some(names) = &free {
@@ -71,6 +86,9 @@ pub fn fit(
     }
     if let Some(noise) = noise {
         job = job.noise(noise);
+    }
+    if let Some(force_noise) = force_noise {
+        job = job.force_noise(force_noise);
     }
     let found = run(py, threads, None, move |_| {
         let fit = job.run()?;

@@ -52,6 +52,7 @@ use crate::backend::{Backend, BackendError, BackendInfo, BackendKind, Precision}
 use crate::clock::Busy;
 use crate::model::{Batch, ContactColumn, MOST_ROWS, NO_EQUILIBRIUM, Plan, Quantity, Slot, Solutions, Status};
 use rayon::prelude::*;
+use std::iter::repeat_n;
 
 /// Samples in one call: enough to keep the threads busy.
 const BATCH_SIZE: usize = 1024;
@@ -128,7 +129,9 @@ impl Reference {
                     }
                 }
             }
-            row.extend(&rows[..self.plan.rows()]);
+            // How the force at the base follows a parameter, the reference does not tell.
+            let told = self.plan.base_force_row().unwrap_or(self.plan.rows());
+            row.extend(rows[..told].iter().copied().chain(repeat_n(f64::NAN, self.plan.rows() - told)));
         }
         if self.plan.first_beyond_rigid().is_some() {
             row.extend(equilibrium.u0);

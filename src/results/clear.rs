@@ -3,12 +3,12 @@
 use super::directory::{RUN_FILE, SWEEP_FILE, TIPS_FILE, TOUCHED_FILE, WORKSPACE_FILE, WORST_FILE};
 use super::error::ResultsError;
 use super::manifest::MANIFEST_FILE;
-use super::store::{Entry, ROWS_FOLDER, Store, store_at};
+use super::store::{Entry, ROWS_FOLDER, Store, TABLES_FOLDER, store_at};
 use crate::spec::{Format, RESOLVED_TABLE};
 use std::path::Path;
 
-/// Folders of runs: what workers and shards share, and rows where they are asked to lie apart.
-const FOLDERS: [&str; 4] = ["claims", "workers", "verdicts", ROWS_FOLDER];
+/// Folders of runs: what workers and shards share, rows where they are asked to lie apart, and tables of studies.
+const FOLDERS: [&str; 5] = ["claims", "workers", "verdicts", ROWS_FOLDER, TABLES_FOLDER];
 /// What a measured workspace leaves, with or without a run.
 const MEASURED_FILE: &str = "workspace.json";
 /// Files of a run that are there once.
@@ -44,7 +44,7 @@ pub fn remove_run(dir: &Path, others: &[&str]) -> Result<(), ResultsError> {
         match entry.is_file {
             true => names.push(entry.name.clone()),
             false => {
-                names.extend(of_folder(store.as_ref(), dir, &entry.name)?);
+                names.extend(of_folder(store.as_ref(), dir, &entry.name, others)?);
                 folders.push(&entry.name);
             }
         }
@@ -56,11 +56,18 @@ pub fn remove_run(dir: &Path, others: &[&str]) -> Result<(), ResultsError> {
 }
 
 /// The files of a folder of a run.
-fn of_folder(store: &dyn Store, dir: &Path, folder: &str) -> Result<Vec<String>, ResultsError> {
+fn of_folder(store: &dyn Store, dir: &Path, folder: &str, others: &[&str]) -> Result<Vec<String>, ResultsError> {
     let entries = store.list(folder)?;
     // A part whose writing was cut short has a point before its name.
     let is_row = |name: &str| is_part(name.strip_prefix('.').unwrap_or(name));
-    let is_ours = |entry: &&Entry| entry.is_file && (folder != ROWS_FOLDER || is_row(&entry.name));
+    let is_ours = |entry: &&Entry| {
+        entry.is_file
+            && match folder {
+                ROWS_FOLDER => is_row(&entry.name),
+                TABLES_FOLDER => others.contains(&entry.name.as_str()),
+                _ => true,
+            }
+    };
     let name = |entry: &Entry| format!("{folder}/{}", entry.name);
     let foreign: Vec<String> = entries.iter().filter(|entry| !is_ours(entry)).map(name).collect();
     if !foreign.is_empty() {

@@ -17,6 +17,7 @@ mod reduce;
 #[cfg(test)]
 mod simulation;
 mod store;
+mod study_table;
 pub(crate) mod verdict;
 pub(crate) mod verdict_files;
 mod verdict_text;
@@ -38,6 +39,7 @@ pub use parts::{make_directory, read_mark, verdict_metadata, write_bytes, write_
 pub use read::{DirectoryStatus, Results, read_parquet_table};
 pub use reduce::{MAX_TIPS, Reduction};
 pub use store::{Entry, OpenStore, Store, install_object_stores, is_place, is_url, store_at};
+pub use study_table::{find_table, place_table};
 pub use verdict::{Doubt, DoubtKind, InputRange, Verdict};
 pub use verdict_text::Solved;
 pub use workers::{SILENCE, Worker, WorkerReport};

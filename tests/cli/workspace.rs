@@ -83,7 +83,27 @@ fn a_run_is_measured_from_its_rows() {
     sandbox.ok(&["run", "body.toml", "--out", "rows", "--backend", "cpu"]);
     let told = json(&sandbox.ok(&["workspace", "rows", "--voxel", "8mm", "--json", "--no-figures"]).stdout);
     assert!((told["volume"]["value"].as_f64().unwrap() * 1e6 - 281.5).abs() < 12.0);
-    assert!(sandbox.path("rows/workspace.parquet").is_file());
+    // A pattern for rows finds no voxels, and a table that an earlier version left beside them gives way.
+    let tables = |folder: &str| {
+        let names =
+            fs::read_dir(sandbox.path(folder)).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.ends_with(".parquet")).collect::<Vec<_>>()
+    };
+    assert!(tables("rows").iter().all(|name| name.starts_with("part-")), "{:?}", tables("rows"));
+    assert!(tables("rows/tables").contains(&"workspace.parquet".to_owned()), "{:?}", tables("rows/tables"));
+    fs::rename(sandbox.path("rows/tables/workspace.parquet"), sandbox.path("rows/workspace.parquet")).unwrap();
+    let again =
+        ["workspace", "body.toml", "--voxel", "8mm", "--no-figures", "--json", "--out", "other", "--compare", "rows"];
+    let before = json(&sandbox.ok(&again).stdout);
+    sandbox.ok(&["workspace", "rows", "--voxel", "8mm", "--no-figures", "--quiet"]);
+    assert!(!sandbox.path("rows/workspace.parquet").exists());
+    assert_eq!(json(&sandbox.ok(&[&again[..], &["--force"]].concat()).stdout)["comparison"], before["comparison"]);
+    fs::write(sandbox.path("rows/tables/mine.txt"), "mine").unwrap();
+    let refused = sandbox.run(&["run", "body.toml", "--out", "rows", "--backend", "cpu", "--force"]);
+    assert!(refused.code != 0 && refused.stderr.contains("tables/mine.txt"), "{}", refused.stderr);
+    fs::remove_file(sandbox.path("rows/tables/mine.txt")).unwrap();
+    sandbox.ok(&["run", "body.toml", "--out", "rows", "--backend", "cpu", "--force"]);
+    assert!(!sandbox.path("rows/tables").exists());
     // A run without rows has kept tips; its own voxels go on to be found.
     sandbox.write("none.toml", &sweep(&BODY, "[output]\nformat = \"none\"\n[workspace]\nvoxel = \"8 mm\"\n"));
     sandbox.ok(&["run", "none.toml", "--out", "none", "--backend", "cpu"]);

@@ -198,6 +198,41 @@ fn columns_of_combinations_are_differences() {
     }
 }
 
+/// Where it is asked for, the engine tells how the force at the base follows every slot; that is the reference's difference.
+#[test]
+fn the_force_at_the_base_follows_every_slot() {
+    for (case, in_front) in cases().into_iter().step_by(18).flat_map(|case| [(case.clone(), 0), (case, 1)]) {
+        let scene = if in_front == 1 { held(&case, [0.01, -0.02, 0.03]) } else { case.scene.clone() };
+        let (name, rod) = (&scene.name, scene.rod());
+        let mut slots: Vec<Slot> = slots(&case, in_front).into_iter().skip(1).step_by(2).collect();
+        if rod.segments[0].is_flexible() {
+            slots.push(Slot::Insertion);
+        }
+        let options = PlanOptions { tolerance: 1e-11, stepper: Stepper::Dop853, steps: 24, ..PlanOptions::default() };
+        let plan = plan_by_slots(&scene, &slots, PlanOptions { base_force: true, ..options });
+        let solutions = Cpu::new(&plan, Precision::F64).expect("an engine").solve(&plan.batch(1, |_, _| {}));
+        let (solutions, first) =
+            (solutions.expect("a solved batch"), plan.base_force_row().expect("rows of the force"));
+        // The rows before are those that a plan without them has.
+        let (fewer, without) = by_lanes(&scene, &slots);
+        assert_eq!((fewer.rows(), fewer.base_force_row()), (first, None), "{name}");
+        let units = plan.units;
+        for (k, slot) in slots.iter().enumerate() {
+            for row in 0..first {
+                let (a, b) = (solutions.derivative(0, k, row), without.derivative(0, k, row));
+                assert!((a - b).abs() <= 1e-12 * a.abs(), "{name} {slot:?} {row}: {a:e} {b:e}");
+            }
+            let column: Vector = std::array::from_fn(|axis| solutions.derivative(0, k, first + axis));
+            let h = 1e-3 / (norm(&column) / units.force).max(1.0 / slot.unit(&units));
+            let at = |steps: f64| solve_rod(&moved(&rod, *slot, steps * h), &[]).n0;
+            let [up, down, far_up, far_down] = [1.0, -1.0, 2.0, -2.0].map(at);
+            let by: Vector = std::array::from_fn(|k| (8.0 * (up[k] - down[k]) - far_up[k] + far_down[k]) / (12.0 * h));
+            let off = difference(&by, &column) / norm(&column).max(1e-2 * units.force / slot.unit(&units));
+            assert!(off <= 1e-5, "{name} {slot:?}: {off:e}: {by:?} {column:?}");
+        }
+    }
+}
+
 /// Without the force arm, too, a field that does not vary is the uniform one.
 #[test]
 fn without_the_arm_a_gradient_of_nothing_changes_nothing() {

@@ -9,7 +9,8 @@ use rodsweep::model::{Parameter, Plan, PlanOptions, Quantity, Scene, Status, Ste
 use rodsweep::reference::{Equilibrium, growth_exponent, shape, solve_rod};
 use rodsweep::spec::{ObservedPoint, ObservedShape, ObservedShapes, Target, Trajectory};
 use rodsweep::study::workspace::{
-    EngineMap, Inputs, MOST_INPUTS, MapOptions, MeasureOptions, TipMap, WorkspaceInput, measure, shifted_lattice,
+    BaseLoad, EngineMap, Inputs, MOST_INPUTS, MapOptions, MeasureOptions, Tip, TipMap, WorkspaceInput, measure,
+    shifted_lattice,
 };
 use rodsweep::study::{ControlOptions, Controller, FitJob, Outcome};
 use rodsweep_bench::BenchSpec;
@@ -130,7 +131,8 @@ fn neighbours_of_a_limp_wire_are_found() {
     let (scene, mut map) = map(&["x", "z"]);
     let places: Vec<Inputs> = (0..16).map(|k| at((0.4 * f64::from(k)).cos(), (0.7 * f64::from(k)).sin())).collect();
     let from_rest = map.solve_from_rest(&places).expect("tips");
-    let wrong = |k: usize| (places[k], from_rest[(k + 5) % places.len()].base_moment.map(|m| 1.2 * m + 1e-6));
+    let wrong_load = |tip: &Tip| BaseLoad { moment: tip.base.moment.map(|m| 1.2 * m + 1e-6), ..tip.base };
+    let wrong = |k: usize| (places[k], wrong_load(&from_rest[(k + 5) % places.len()]));
     let near = map.near(&(0..places.len()).map(wrong).collect::<Vec<_>>()).expect("tips");
     for ((place, tip), other) in places.iter().zip(&near).zip(&from_rest) {
         let bent = with(&scene, "coil.current", &[CURRENT * place[0], 0.0, CURRENT * place[1]]);

@@ -4,7 +4,7 @@ use rodsweep::backend::BackendError;
 use rodsweep::model::Vector;
 use rodsweep::spec::SobolNet;
 use rodsweep::study::workspace::{
-    Inputs, MOST_INPUTS, MeasureOptions, Measured, Tip, TipMap, measure, shifted_lattice,
+    BaseLoad, Inputs, MOST_INPUTS, MeasureOptions, Measured, Tip, TipMap, measure, shifted_lattice,
 };
 use std::f64::consts::PI;
 
@@ -19,7 +19,7 @@ impl<F: Fn(&[f64]) -> Option<Vector>> Formula<F> {
         let of = |at: &Inputs| (self.of)(&at[..self.count]);
         let Some(position) = of(at) else { return Tip::NONE };
         let mut tip = Tip { usable: true, position, tangent: [0.0, 0.0, 1.0], margin: 1.0, ..Tip::NONE };
-        tip.base_moment = [0.0; 3];
+        tip.base.moment = [0.0; 3];
         for k in 0..self.count {
             let step = 1e-6;
             let moved = |sign: f64| {
@@ -43,7 +43,7 @@ impl<F: Fn(&[f64]) -> Option<Vector>> TipMap for Formula<F> {
         Ok(inputs.iter().map(|at| self.tip(at)).collect())
     }
 
-    fn near(&mut self, inputs: &[(Inputs, Vector)]) -> Result<Vec<Tip>, BackendError> {
+    fn near(&mut self, inputs: &[(Inputs, BaseLoad)]) -> Result<Vec<Tip>, BackendError> {
         Ok(inputs.iter().map(|(at, _)| self.tip(at)).collect())
     }
 }

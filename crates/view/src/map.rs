@@ -5,7 +5,7 @@ use crate::error::{Refusal, ViewError};
 use crate::rows::{Rows, kind};
 use crate::surface::Surface;
 use rodsweep::draw::{ColourMap, ColourRange};
-use rodsweep::results::{Results, Verdict, WORKSPACE_FILE, read_parquet_table};
+use rodsweep::results::{Results, Verdict, WORKSPACE_FILE, find_table, read_parquet_table};
 use rodsweep::spec::BranchChoice;
 use rodsweep::table::{Column, Table, Values};
 use serde_json::{Value, json};
@@ -36,7 +36,7 @@ impl ResultMap {
         let rows = Rows::open(&results)?;
         let dir = results.directory();
         let surface = rodsweep::files::read(&dir.join("boundary.ply")).ok().and_then(|bytes| Surface::parse(&bytes));
-        let voxels = read_parquet_table(&dir.join(WORKSPACE_FILE)).ok();
+        let voxels = find_table(dir, WORKSPACE_FILE)?.and_then(|path| read_parquet_table(&path).ok());
         let voxels = voxels.filter(|table| table.vector_columns("voxel").is_some());
         let voxel_edge = voxels.as_ref().and_then(voxel_edge);
         let verdict = results.verdict()?;

@@ -109,6 +109,8 @@ pub trait Store: Send + Sync + fmt::Debug {
 
 /// Holds the parts of a run that asks for it, and nothing else that readers of tables take for rows.
 pub(crate) const ROWS_FOLDER: &str = "rows";
+/// Folder of a result directory for tables of studies, where rows of their format lie at its top.
+pub(crate) const TABLES_FOLDER: &str = "tables";
 
 /// Name of a file without its folder.
 pub(crate) fn file_name(name: &str) -> &str {

@@ -2,7 +2,7 @@
 
 use super::map::{ContactAccount, ContactMap};
 use super::robust::RobustContact;
-use crate::results::{ResultsError, make_directory, verdict_metadata, write_bytes, write_table};
+use crate::results::{ResultsError, make_directory, place_table, verdict_metadata, write_bytes, write_table};
 use std::path::{Path, PathBuf};
 
 /// One row a point.
@@ -32,13 +32,14 @@ impl ContactMap {
             ("rodsweep.voxel", format!("{:e}", self.lattice.spacing)),
             verdict_metadata(self.mark()),
         ];
-        let (table, json) = (dir.join(TABLE_FILE), dir.join(ACCOUNT_FILE));
+        let (table, json) = (place_table(dir, TABLE_FILE)?, dir.join(ACCOUNT_FILE));
         write_table(&table, &self.table(robust), &metadata)?;
         write_bytes(&json, account.json().as_bytes())?;
         let mut files = vec![table, json];
         if let Some(robust) = robust {
-            files.push(dir.join(DESIGNS_FILE));
-            write_table(&dir.join(DESIGNS_FILE), &robust.table(), &metadata)?;
+            let designs = place_table(dir, DESIGNS_FILE)?;
+            write_table(&designs, &robust.table(), &metadata)?;
+            files.push(designs);
         }
         Ok(files)
     }

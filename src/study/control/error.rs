@@ -39,6 +39,16 @@ pub enum ControlError {
     /// A target has a force, and the scene has no wall.
     #[error("the scene has no wall that the tip could press on: add [wall] to it, or leave out normal_force")]
     NoWall,
+    /// A force that no sliding wall exerts.
+    #[error(
+        "target {target} has a normal force of {force} N: a wall on which the tip slides does not pull, give a force from 0 on"
+    )]
+    Pulls {
+        /// From 0.
+        target: usize,
+        /// Along the normal of the wall (N).
+        force: f64,
+    },
     /// A tolerance that is not positive (m).
     #[error("a target is never reached to {0} m: give a positive tolerance")]
     Tolerance(f64),

@@ -5,7 +5,7 @@ use super::{ControlError, ControlOptions, Controller, TargetOptions};
 use crate::backend::{BackendKind, Precision};
 use crate::engines::{EngineRequest, F32_TOLERANCE, cpu_f64};
 use crate::input::{LimitsError, parse_limits};
-use crate::model::{Parameter, Plan, Scene, SegmentParameter, Stepper};
+use crate::model::{Parameter, Plan, Scene, SegmentParameter, Stepper, TipOnWall};
 use crate::spec::{ControlInput, Coordinates, Redundancy, Target, Trajectory};
 use crate::study::witness::{CheckError, Claim, WitnessCheck};
 use std::sync::Arc;
@@ -291,6 +291,12 @@ impl ControlJob {
             }
             Some(_) => trajectory.targets.iter_mut().for_each(|target| target.normal_force = None),
             None => {}
+        }
+        let slides = self.scene.wall.is_some_and(|wall| wall.tip == TipOnWall::Slides);
+        for (target, force) in trajectory.targets.iter().enumerate().filter_map(|(k, at)| Some((k, at.normal_force?))) {
+            if slides && force < 0.0 {
+                return Err(ControlError::Pulls { target, force });
+            }
         }
         match self.scene.wall.is_none() && trajectory.targets.iter().any(|target| target.normal_force.is_some()) {
             true => Err(ControlError::NoWall),

@@ -2,7 +2,7 @@
 
 use super::experiments::Observability;
 use super::result::{Identification, Index, Information, QUANTILES, Sensitivity};
-use crate::results::{ResultsError, verdict_metadata, write_bytes, write_table};
+use crate::results::{ResultsError, place_table, verdict_metadata, write_bytes, write_table};
 use crate::study::columns::Columns;
 use crate::table::Table;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ impl Sensitivity {
     pub fn write(&self, dir: &Path) -> Result<Vec<PathBuf>, ResultsError> {
         let mut files = Vec::new();
         for (name, table) in self.tables() {
-            let path = dir.join(name);
+            let path = place_table(dir, name)?;
             write_table(&path, &table, &[verdict_metadata(self.mark.as_deref())])?;
             files.push(path);
         }

@@ -8,6 +8,7 @@
 use super::lattice::{Cell, CellMap};
 use super::measures::Estimate;
 use super::search::{Aim, End, Search, Source, run_searches};
+use super::seeds::net_point;
 use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, TipMap, difference, distance, norm};
 use crate::backend::BackendError;
 use crate::model::Vector;
@@ -78,12 +79,13 @@ pub(super) struct Family {
 }
 
 impl Family {
-    /// Solves the samples of a family; `None` where there is none that can be counted.
+    /// Solves the samples of a family, but for those that are known; `None` where there is none that can be counted.
     pub(super) fn solve(
         map: &mut dyn TipMap,
         dimension: usize,
         minimum_margin: f64,
         seed: u64,
+        known: &dyn Fn(&Inputs) -> Option<Tip>,
     ) -> Result<Option<Family>, BackendError> {
         let count = map.input_count();
         let Ok(skeleton) = Skeleton::new(count, dimension) else { return Ok(None) };
@@ -100,13 +102,13 @@ impl Family {
             weights: Vec::new(),
         };
         let mut per_net = vec![0; family.skeleton.face_count() as usize];
-        family.extend(map, &mut per_net, &|_| PILOT, minimum_margin, seed)?;
+        family.extend(map, &mut per_net, &|_| PILOT, minimum_margin, seed, known)?;
         // Where the integrand varies most, most samples (Neyman 1934).
         let spread = family.spread();
         let all: f64 = spread.iter().sum();
         let share = |face: usize| SAMPLES / NETS as f64 * spread[face] / all;
         let wanted = |face: usize| if all > 0.0 { (share(face) as u64).max(PILOT).next_power_of_two() } else { PILOT };
-        family.extend(map, &mut per_net, &wanted, minimum_margin, seed)?;
+        family.extend(map, &mut per_net, &wanted, minimum_margin, seed, known)?;
         // A face has the size 2^m in inputs over half their range.
         let size = |face: usize| 2f64.powi(dimension as i32) / (NETS * per_net[face]) as f64;
         let faces = &family.faces;
@@ -122,14 +124,15 @@ impl Family {
         wanted: &dyn Fn(usize) -> u64,
         minimum_margin: f64,
         seed: u64,
+        known: &dyn Fn(&Inputs) -> Option<Tip>,
     ) -> Result<(), BackendError> {
         let (count, dimension, first) = (map.input_count(), self.dimension, self.inputs.len());
         let base = SobolNet::new(dimension, 0);
-        for (face, known) in per_net.iter_mut().enumerate() {
-            let wanted = wanted(face).max(*known);
+        for (face, solved) in per_net.iter_mut().enumerate() {
+            let wanted = wanted(face).max(*solved);
             for number in 0..NETS {
-                let net = base.reseeded(hash(seed, STREAM + number, face as u64));
-                for index in *known..wanted {
+                let net = scrambled(&base, seed, number, face as u64);
+                for index in *solved..wanted {
                     let mut point = [0.0; 3];
                     net.point(index, &mut point[..dimension]);
                     let mut unit = [0.5; MOST_INPUTS];
@@ -139,9 +142,13 @@ impl Family {
                     self.nets.push(number);
                 }
             }
-            *known = wanted;
+            *solved = wanted;
         }
-        let mut tips = map.solve_from_rest(&self.inputs[first..])?;
+        let known: Vec<Option<Tip>> = self.inputs[first..].iter().map(known).collect();
+        let left = self.inputs[first..].iter().zip(&known).filter(|(_, tip)| tip.is_none()).map(|(at, _)| *at);
+        let mut solved = map.solve_from_rest(&left.collect::<Vec<_>>())?.into_iter();
+        let mut tips: Vec<Tip> =
+            known.into_iter().map(|tip| tip.or_else(|| solved.next()).unwrap_or(Tip::NONE)).collect();
         let free: Vec<[bool; MOST_INPUTS]> =
             (0..self.skeleton.face_count()).map(|face| free_inputs(&self.skeleton, face)).collect();
         let weigh = |(tip, face): (&Tip, &u64)| match tip.counts(minimum_margin) {
@@ -231,11 +238,11 @@ impl Family {
         let near = Near::new(self, minimum_margin);
         let starts: Vec<Vec<usize>> = points.par_iter().map(|at| near.starts(self, *at)).collect();
         let free: Vec<_> = (0..self.skeleton.face_count()).map(|face| free_inputs(&self.skeleton, face)).collect();
-        let aim = Aim::voxels(map.input_count(), self.dimension, edge, Branch::FromRest, minimum_margin);
+        let aim = Aim::voxels(map, self.dimension, edge, Branch::FromRest, minimum_margin);
         let begin = |(number, start): (usize, usize)| {
             let source =
                 Source { at: self.inputs[start], tip: held(&self.tips[start], &free[self.faces[start] as usize]) };
-            let search = Search::new([0; 3], self.tips[points[number]].position, &Arc::new(source));
+            let search = Search::new(&aim, [0; 3], self.tips[points[number]].position, &Arc::new(source));
             ((number, self.faces[start]), search)
         };
         let mut found: Vec<Vec<Inputs>> = points.iter().map(|at| vec![self.inputs[*at]]).collect();
@@ -315,6 +322,18 @@ impl Near {
         }
         starts
     }
+}
+
+/// One of the nets of a family on one of its faces.
+fn scrambled(base: &SobolNet, seed: u64, number: u64, face: u64) -> SobolNet {
+    base.reseeded(hash(seed, STREAM + number, face))
+}
+
+/// The first points of the family that is the whole box of so many inputs: as many of each of its nets, `count` together.
+pub(super) fn points_of_box(input_count: usize, count: u64, seed: u64) -> Vec<Inputs> {
+    let base = SobolNet::new(input_count, 0);
+    let nets = (0..NETS).map(|number| scrambled(&base, seed, number, 0));
+    nets.flat_map(|net| (0..count / NETS).map(move |index| net_point(&net, input_count, index))).collect()
 }
 
 fn largest_difference(a: &Inputs, b: &Inputs) -> f64 {

@@ -4,7 +4,7 @@ use super::error::WorkspaceError;
 use super::lattice::{Cell, CellMap};
 use super::workspace::Workspace;
 use crate::model::Vector;
-use crate::results::{WORKSPACE_FILE, read_mark, read_parquet_table, store_at};
+use crate::results::{WORKSPACE_FILE, find_table, read_mark, read_parquet_table};
 use crate::study::columns::Columns;
 use crate::table::Table;
 use serde::Serialize;
@@ -40,7 +40,7 @@ pub struct Comparison {
 ///
 /// A file that cannot be read.
 pub fn workspace_mark(dir: &Path) -> Result<Option<String>, WorkspaceError> {
-    Ok(read_mark(&dir.join(WORKSPACE_FILE))?)
+    Ok(find_table(dir, WORKSPACE_FILE)?.map(|path| read_mark(&path)).transpose()?.flatten())
 }
 
 impl Workspace {
@@ -50,9 +50,10 @@ impl Workspace {
     ///
     /// A directory without one, or one of another lattice.
     pub fn compare(&self, dir: &Path) -> Result<Comparison, WorkspaceError> {
-        let path = dir.join(WORKSPACE_FILE);
+        let there = find_table(dir, WORKSPACE_FILE)?;
+        let path = there.clone().unwrap_or_else(|| dir.join(WORKSPACE_FILE));
         let wrong = |problem: &str| WorkspaceError::Compare { path: path.clone(), problem: problem.into() };
-        if store_at(dir)?.head(WORKSPACE_FILE)?.is_none() {
+        if there.is_none() {
             return Err(wrong("there is no such file: measure that workspace first, with the same voxel and seed"));
         }
         let table = read_parquet_table(&path)?;

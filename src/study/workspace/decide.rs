@@ -2,13 +2,10 @@
 
 use super::growth::Grown;
 use super::lattice::neighbours;
-use super::search::{Aim, End, Search, Source, run_searches};
+use super::search::{Aim, End, Search, Source, THERE, run_searches};
 use super::tip_map::{Branch, Inputs, TipMap, distance, padded};
 use crate::backend::BackendError;
 use std::sync::Arc;
-
-/// A tip this near to a centre, over the edge of a voxel, is there.
-const THERE: f64 = 0.01;
 
 impl Grown {
     /// Follows the neighbour's own equilibrium into every voxel that growth left because equilibria were missing.
@@ -19,7 +16,7 @@ impl Grown {
     ///
     /// An engine that fails.
     pub(super) fn decide(&mut self, map: &mut dyn TipMap) -> Result<Vec<Inputs>, BackendError> {
-        let aim = Aim::voxels(self.input_count, self.dimension, self.lattice.spacing, Branch::Neighbour, 0.0);
+        let aim = Aim::voxels(map, self.dimension, self.lattice.spacing, Branch::Neighbour, 0.0);
         let doubtful = |at: &usize| matches!(self.voxels[*at].end, Some(End::OffBranch | End::Stuck));
         let pairs: Vec<(usize, usize)> = (0..self.voxels.len())
             .filter(doubtful)
@@ -29,15 +26,15 @@ impl Grown {
             })
             .collect();
         let starts: Vec<Inputs> = pairs.iter().map(|(_, other)| padded(self.inputs_of(*other))).collect();
-        // First from rest, for the base moment, then once on the spot, for its derivatives.
+        // First from rest, for the load at the base, then once on the spot, for its derivatives.
         let at_rest = map.solve_from_rest(&starts)?;
-        let moments: Vec<_> = starts.iter().zip(&at_rest).map(|(at, tip)| (*at, tip.base_moment)).collect();
-        let tips = map.near(&moments)?;
+        let loads: Vec<_> = starts.iter().zip(&at_rest).map(|(at, tip)| (*at, tip.base)).collect();
+        let tips = map.near(&loads)?;
         let mut active: Vec<(usize, Search)> = Vec::new();
         for (((at, _), start), tip) in pairs.iter().zip(&starts).zip(tips).filter(|(_, tip)| tip.usable) {
             let cell = self.voxels[*at].cell;
             let source = Arc::new(Source { at: *start, tip });
-            active.push((*at, Search::new(cell, self.lattice.centre(cell), &source)));
+            active.push((*at, Search::new(&aim, cell, self.lattice.centre(cell), &source)));
         }
         let ended = run_searches(map, &aim, active, &|_, _| {})?;
         let at_end: Vec<Inputs> = ended.iter().map(|(_, search)| search.at).collect();

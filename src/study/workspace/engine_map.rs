@@ -1,13 +1,13 @@
-//! An engine as a map from inputs to tips: from rest on one plan, near given base moments on another.
+//! An engine as a map from inputs to tips: from rest on one plan, near given loads at the base on another.
 
 use super::error::WorkspaceError;
 use super::inputs::WorkspaceInput;
 use super::seeds::net_points;
-use super::tip_map::{Inputs, MOST_INPUTS, Tip, TipMap, difference, distance, norm};
-use crate::backend::{Backend, BackendError};
-use crate::engines::{Engine, cpu_f64, second_attempt};
+use super::tip_map::{BaseLoad, Inputs, MOST_INPUTS, Tip, TipMap, difference, distance, norm};
+use crate::backend::{Backend, BackendError, BackendKind, Precision};
+use crate::engines::{Engine, can_answer_again, cpu_f64, second_attempt};
 use crate::model::{
-    Axis, Batch, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Status, Vector,
+    Axis, Batch, ContactColumn, Parameter, Plan, PlanOptions, Quantity, Scene, Solutions, Start, Status, Vector,
 };
 use crate::spec::SolutionMethod;
 use crate::sweep::choose_steps_for;
@@ -38,8 +38,8 @@ const SAME_MOMENT: f64 = 0.01;
 pub(super) struct Known {
     /// Inputs over half their range.
     pub at: Inputs,
-    /// Internal moment at the base (N·m).
-    pub base_moment: Vector,
+    /// Load at the base.
+    pub base: BaseLoad,
     /// Position of the tip (m).
     pub position: Vector,
 }
@@ -47,8 +47,8 @@ pub(super) struct Known {
 impl Known {
     /// Whether this is that equilibrium again, its tip off by so much at most (m).
     fn is_found(&self, tip: &Tip, most: f64) -> bool {
-        let moment = norm(difference(tip.base_moment, self.base_moment));
-        tip.usable && distance(tip.position, self.position) <= most && moment <= SAME_MOMENT * norm(self.base_moment)
+        let moment = norm(difference(tip.base.moment, self.base.moment));
+        tip.usable && distance(tip.position, self.position) <= most && moment <= SAME_MOMENT * norm(self.base.moment)
     }
 }
 
@@ -59,9 +59,10 @@ pub struct EngineMap {
     rest: Box<dyn Backend>,
     engine: Engine,
     second: Option<Box<dyn Backend>>,
-    near: Option<(Plan, Box<dyn Backend>)>,
-    /// With derivatives by a force on the tip: from rest, and near given base moments.
-    soft: [Option<(Box<dyn Backend>, Plan)>; 2],
+    near: Option<Solver>,
+    /// With derivatives by a force on the tip: from rest, and near given loads at the base.
+    soft: Option<Solver>,
+    soft_near: Option<Solver>,
     solves: u64,
 }
 
@@ -97,7 +98,8 @@ impl EngineMap {
             engine: options.engine.clone(),
             second: None,
             near: None,
-            soft: [None, None],
+            soft: None,
+            soft_near: None,
             solves: 0,
         })
     }
@@ -132,15 +134,14 @@ impl EngineMap {
     }
 
     /// Equilibria that were found before, with the derivatives of the tip by a force on it. In a field that varies each is found again from
-    /// its base moment; what is not found so is solved from rest.
+    /// the load at its base; what is not found so is solved from rest.
     pub(super) fn with_compliance_again(&mut self, known: &[Known]) -> Result<Vec<(Tip, [Vector; 3])>, WorkspaceError> {
         let inputs: Vec<Inputs> = known.iter().map(|known| known.at).collect();
-        let Scene { sources, wall, .. } = &self.plan.scene;
-        if !sources.varies() || wall.is_some() {
+        if !self.near_is_quick() {
             return self.softened(&inputs, None);
         }
-        let moments: Vec<Vector> = known.iter().map(|known| known.base_moment).collect();
-        let mut all = self.softened(&inputs, Some(&moments))?;
+        let loads: Vec<BaseLoad> = known.iter().map(|known| known.base).collect();
+        let mut all = self.softened(&inputs, Some(&loads))?;
         let most = SAME_TIP * self.plan.options.tolerance * self.plan.units.length;
         let left: Vec<usize> = (0..known.len()).filter(|row| !known[*row].is_found(&all[*row].0, most)).collect();
         let inputs: Vec<Inputs> = left.iter().map(|row| inputs[*row]).collect();
@@ -150,30 +151,33 @@ impl EngineMap {
         Ok(all)
     }
 
-    /// Equilibria with the derivatives of the tip by a force on it, from rest or near base moments (N·m).
+    /// Equilibria with the derivatives of the tip by a force on it, from rest or near loads at the base.
     fn softened(
         &mut self,
         inputs: &[Inputs],
-        moments: Option<&[Vector]>,
+        loads: Option<&[BaseLoad]>,
     ) -> Result<Vec<(Tip, [Vector; 3])>, WorkspaceError> {
-        let soft = &mut self.soft[usize::from(moments.is_some())];
-        if soft.is_none() {
+        let solver = match loads {
+            None => &mut self.soft,
+            Some(_) => &mut self.soft_near,
+        };
+        if solver.is_none() {
             let of_inputs = self.plan.derivatives.iter().map(|derivative| derivative.parameter);
             let wrt: Vec<Parameter> = of_inputs.chain(Axis::ALL.map(Parameter::TipForce)).collect();
             let plan = Plan::new(&self.plan.scene, &self.plan.axes, &wrt, self.plan.options)?;
-            let plan = if moments.is_some() { plan.with_lone_starts() } else { plan };
-            *soft = Some((self.engine.make(&plan)?, plan));
+            *solver = Some(match loads {
+                None => Solver::from_rest(plan, &self.engine)?,
+                Some(_) => Solver::near(plan, &self.engine)?,
+            });
         }
-        let Some((backend, plan)) = soft else { return Ok(Vec::new()) };
-        let (first, at_once) = (self.plan.derivatives.len(), backend.batch_size().max(1));
+        let Some(solver) = solver else { return Ok(Vec::new()) };
+        let (first, at_once) = (self.plan.derivatives.len(), solver.backend.batch_size().max(1));
         let mut all = Vec::with_capacity(inputs.len());
         for (chunk, rows) in inputs.chunks(at_once).enumerate() {
-            let mut batch = batch(plan, &self.reader.inputs, rows);
-            for (row, moment) in moments.unwrap_or_default().iter().skip(chunk * at_once).take(rows.len()).enumerate() {
-                plan.set_lone_start(&mut batch, row, *moment);
-            }
-            let solutions = backend.solve(&batch)?;
+            let loads = loads.map(|loads| &loads[chunk * at_once..][..rows.len()]);
+            let solutions = solver.solve(&self.reader.inputs, rows, loads)?;
             self.solves += rows.len() as u64;
+            let plan = &solver.plan;
             let tips = self.reader.tips(plan, &solutions);
             let rates = |row: usize| match solutions.status(row).is_success() {
                 true => std::array::from_fn(|force| {
@@ -261,7 +265,10 @@ impl TipReader {
             position: solutions.vector(row, Quantity::TipPosition),
             tangent: solutions.vector(row, Quantity::TipTangent),
             margin: solutions.get(row, Quantity::StabilityMargin),
-            base_moment: solutions.vector(row, Quantity::BaseMoment),
+            base: BaseLoad {
+                moment: solutions.vector(row, Quantity::BaseMoment),
+                force: solutions.base_force(row).unwrap_or(BaseLoad::NONE.force),
+            },
             normal_force: solutions.contact(row, ContactColumn::NormalForce),
             ..Tip::NONE
         };
@@ -274,6 +281,9 @@ impl TipReader {
             tip.jacobian[k] = std::array::from_fn(rate);
             if plan.options.base_moment_rows {
                 tip.moment_rates[k] = std::array::from_fn(|axis| rate(6 + axis));
+            }
+            if let Some(first) = plan.base_force_row() {
+                tip.force_rates[k] = std::array::from_fn(|axis| rate(first + axis));
             }
         }
         tip
@@ -296,25 +306,73 @@ impl TipMap for EngineMap {
         Ok(tips)
     }
 
-    fn near(&mut self, inputs: &[(Inputs, Vector)]) -> Result<Vec<Tip>, BackendError> {
-        if self.near.is_none() {
-            let options = PlanOptions { base_moment_rows: true, ..self.plan.options };
-            let plan = self.plan.with_options(options).with_lone_starts();
-            let backend = self.engine.make(&plan)?;
-            self.near = Some((plan, backend));
-        }
-        let Some((plan, mut backend)) = self.near.take() else { return Ok(Vec::new()) };
+    fn near_is_quick(&self) -> bool {
+        self.plan.options.base_force
+    }
+
+    fn near(&mut self, inputs: &[(Inputs, BaseLoad)]) -> Result<Vec<Tip>, BackendError> {
+        let solver = match &mut self.near {
+            Some(solver) => solver,
+            none => {
+                let options = PlanOptions { base_moment_rows: true, ..self.plan.options };
+                none.insert(Solver::near(self.plan.with_options(options), &self.engine)?)
+            }
+        };
         let mut tips = Vec::with_capacity(inputs.len());
-        for rows in inputs.chunks(backend.batch_size().max(1)) {
-            let values: Vec<Inputs> = rows.iter().map(|(inputs, _)| *inputs).collect();
-            let mut batch = batch(&plan, &self.reader.inputs, &values);
-            rows.iter().enumerate().for_each(|(row, (_, m0))| plan.set_lone_start(&mut batch, row, *m0));
-            let solutions = backend.solve(&batch)?;
+        for rows in inputs.chunks(solver.backend.batch_size().max(1)) {
+            let (values, loads): (Vec<Inputs>, Vec<BaseLoad>) = rows.iter().copied().unzip();
+            let solutions = solver.solve(&self.reader.inputs, &values, Some(&loads))?;
             self.solves += rows.len() as u64;
-            tips.append(&mut self.reader.tips(&plan, &solutions));
+            tips.append(&mut self.reader.tips(&solver.plan, &solutions));
         }
-        self.near = Some((plan, backend));
         Ok(tips)
+    }
+}
+
+/// Prepared for one plan: from rest, or near given loads at the base.
+struct Solver {
+    /// The rods without starts.
+    rods: Plan,
+    /// As it is solved.
+    plan: Plan,
+    backend: Box<dyn Backend>,
+}
+
+impl Solver {
+    fn from_rest(plan: Plan, engine: &Engine) -> Result<Solver, BackendError> {
+        Ok(Solver { backend: engine.make(&plan)?, rods: plan.clone(), plan })
+    }
+
+    /// Where the load at the base is known whole, as in a field that varies, a search begins there.
+    fn near(rods: Plan, engine: &Engine) -> Result<Solver, BackendError> {
+        let plan = if rods.options.base_force { rods.with_near_starts() } else { rods.with_lone_starts() };
+        Ok(Solver { backend: engine.make(&plan)?, rods, plan })
+    }
+
+    fn solve(
+        &mut self,
+        inputs: &[WorkspaceInput],
+        rows: &[Inputs],
+        loads: Option<&[BaseLoad]>,
+    ) -> Result<Solutions, BackendError> {
+        let batch = match loads {
+            Some(loads) if self.rods.options.base_force => {
+                let start = |(sample, load): (usize, &BaseLoad)| {
+                    let n0 = Some(load.force).filter(|force| force.iter().all(|x| x.is_finite()));
+                    Start { sample, m0: load.moment, n0, known: &[] }
+                };
+                let starts: Vec<Start> = loads.iter().enumerate().map(start).collect();
+                self.rods.start_batch(&batch(&self.rods, inputs, rows), &starts)
+            }
+            _ => {
+                let mut batch = batch(&self.plan, inputs, rows);
+                for (row, load) in loads.unwrap_or_default().iter().enumerate() {
+                    self.plan.set_lone_start(&mut batch, row, load.moment);
+                }
+                batch
+            }
+        };
+        self.backend.solve(&batch)
     }
 }
 
@@ -335,7 +393,10 @@ fn plan(scene: &Scene, inputs: &[WorkspaceInput], options: &MapOptions) -> Resul
             ..usual
         },
     )?;
-    Ok(plan)
+    // Where neighbours are found quickly, rows tell the load at the base and how it follows the inputs.
+    let is_sharp = (options.engine.kind(), options.engine.precision()) == (BackendKind::Cpu, Precision::F64);
+    let base_force = is_sharp && can_answer_again(&plan) && !scene.rod().is_too_limp();
+    Ok(plan.with_options(PlanOptions { base_force, base_moment_rows: base_force, ..plan.options }))
 }
 
 fn batch(plan: &Plan, inputs: &[WorkspaceInput], rows: &[Inputs]) -> Batch {

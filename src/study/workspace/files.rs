@@ -6,7 +6,9 @@ use super::designs::{DesignStudy, RobustWorkspace};
 use super::lattice::Cell;
 use super::reach::Reach;
 use super::workspace::Workspace;
-use crate::results::{ResultsError, WORKSPACE_FILE, make_directory, verdict_metadata, write_bytes, write_table};
+use crate::results::{
+    ResultsError, WORKSPACE_FILE, make_directory, place_table, verdict_metadata, write_bytes, write_table,
+};
 use crate::study::mesh::surface_nets;
 use crate::study::witness::with_mark;
 use crate::table::{Table, Triangles, ply, vtk};
@@ -156,7 +158,7 @@ impl Workspace {
                 ("rodsweep.voxel", format!("{:e}", self.grown.lattice.spacing)),
                 verdict_metadata(mark),
             ];
-            let path = dir.join(name);
+            let path = place_table(dir, name)?;
             write_table(&path, table, &metadata)?;
             written.push(path);
             Ok(())

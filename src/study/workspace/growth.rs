@@ -5,10 +5,10 @@
 
 use super::engine_map::Known;
 use super::lattice::{Cell, CellMap, neighbours};
-use super::search::{Aim, End, GRAIN, Search, Source, solve_trials};
+use super::search::{Aim, End, GRAIN, Search, Source, Trial, solve_trials};
 use super::section::section;
 use super::step::Singular;
-use super::tip_map::{Branch, Inputs, Tip, TipMap};
+use super::tip_map::{BaseLoad, Branch, Inputs, Tip, TipMap};
 use crate::backend::BackendError;
 use crate::model::Vector;
 use crate::table::Lattice;
@@ -34,8 +34,8 @@ pub struct Voxel {
     pub margin: f64,
     /// Tangent at the tip there.
     pub tangent: [f32; 3],
-    /// Internal moment at the base there (N·m): the same equilibrium is found again from it.
-    pub base_moment: Vector,
+    /// Load at the base there: the same equilibrium is found again from it.
+    pub base: BaseLoad,
     /// Of a surface: the area inside (m²); of a curve, the length (m); 1 for a reached centre, else 0.
     pub measure: f64,
     /// The nearest tip that was found less the centre (m); of a surface or curve the foot point.
@@ -127,15 +127,15 @@ impl Grown {
 
     /// The equilibrium of a reached voxel, to be found again.
     pub(super) fn known(&self, voxel: usize, at: Inputs) -> Known {
-        let Voxel { cell, offset, base_moment, .. } = self.voxels[voxel];
+        let Voxel { cell, offset, base, .. } = self.voxels[voxel];
         let centre = self.lattice.centre(cell);
         let position = std::array::from_fn(|axis| centre[axis] + f64::from(offset[axis]));
-        Known { at, base_moment, position }
+        Known { at, base, position }
     }
 
-    fn aim(&self) -> Aim {
+    fn aim(&self, map: &dyn TipMap) -> Aim {
         let edge = self.lattice.spacing;
-        let aim = Aim::voxels(self.input_count, self.dimension, edge, self.branch, self.minimum_margin);
+        let aim = Aim::voxels(map, self.dimension, edge, self.branch, self.minimum_margin);
         Aim { relaxes: self.is_middle, ..aim }
     }
 
@@ -174,10 +174,10 @@ impl Grown {
         mut queue: VecDeque<Task>,
         watch: &mut dyn FnMut(&Grown) -> bool,
     ) -> Result<bool, BackendError> {
-        let aim = self.aim();
+        let aim = self.aim(map);
         let mut active: Vec<Search> = Vec::new();
         loop {
-            self.start(&mut queue, &mut active);
+            self.start(&aim, &mut queue, &mut active);
             if active.is_empty() {
                 return Ok(true);
             }
@@ -189,8 +189,8 @@ impl Grown {
                     None => going.push(search),
                 }
             }
-            let trials: Vec<(Inputs, Vector)> = going.iter().map(|search| search.trial).collect();
-            let tips = solve_trials(map, self.branch, &trials)?;
+            let trials: Vec<Trial> = going.iter().map(|search| search.trial).collect();
+            let tips = solve_trials(map, &trials)?;
             going.par_iter_mut().zip(tips).with_min_len(GRAIN).for_each(|(search, tip)| search.judge(&aim, tip));
             active = going;
             if !watch(self) {
@@ -200,7 +200,7 @@ impl Grown {
     }
 
     /// Begins the next searches; one voxel has one search at a time.
-    fn start(&mut self, queue: &mut VecDeque<Task>, active: &mut Vec<Search>) {
+    fn start(&mut self, aim: &Aim, queue: &mut VecDeque<Task>, active: &mut Vec<Search>) {
         for _ in 0..queue.len() {
             if active.len() >= AT_ONCE {
                 return;
@@ -215,7 +215,9 @@ impl Grown {
                 continue;
             }
             voxel.is_sought = true;
-            active.push(Search::new(voxel.cell, self.lattice.centre(voxel.cell), &task.source));
+            let mut search = Search::new(aim, voxel.cell, self.lattice.centre(voxel.cell), &task.source);
+            search.known = voxel.end.map(|end| (end, voxel.missing));
+            active.push(search);
         }
     }
 
@@ -247,11 +249,11 @@ impl Grown {
     /// Notes a voxel without a search.
     pub(super) fn put(&mut self, cell: Cell, at: &Inputs, tip: &Tip, end: End) {
         let place = self.meet(cell) as usize;
-        let (end, tangent, base_moment) = (Some(end), tip.tangent.map(|x| x as f32), tip.base_moment);
+        let (end, tangent, base) = (Some(end), tip.tangent.map(|x| x as f32), tip.base);
         let measure = if end == Some(End::Reached) { 1.0 } else { 0.0 };
         self.reached_count += usize::from(end == Some(End::Reached) && !self.voxels[place].is_reached());
         self.voxels[place] =
-            Voxel { end, missing: 0.0, margin: tip.margin, tangent, base_moment, measure, ..Voxel::unknown(cell) };
+            Voxel { end, missing: 0.0, margin: tip.margin, tangent, base, measure, ..Voxel::unknown(cell) };
         self.inputs[self.input_count * place..][..self.input_count].copy_from_slice(&at[..self.input_count]);
     }
 
@@ -268,7 +270,7 @@ impl Grown {
             missing: search.missing(),
             margin: search.tip.margin,
             tangent: search.tip.tangent.map(|x| x as f32),
-            base_moment: search.tip.base_moment,
+            base: search.tip.base,
             measure: if search.end == Some(End::Reached) { 1.0 } else { 0.0 },
             ..Voxel::unknown(search.cell)
         };
@@ -314,7 +316,7 @@ impl Voxel {
             missing: f64::INFINITY,
             margin: f64::NAN,
             tangent: [f32::NAN; 3],
-            base_moment: [f64::NAN; 3],
+            base: BaseLoad::NONE,
             measure: 0.0,
             offset: [0.0; 3],
             normal: [0.0; 3],

@@ -24,7 +24,7 @@ impl Grown {
         if self.dimension != 3 || self.input_count <= self.dimension || self.branch != Branch::FromRest {
             return Ok(());
         }
-        let aim = Aim::voxels(self.input_count, 3, self.lattice.spacing, self.branch, self.minimum_margin);
+        let aim = Aim::voxels(map, 3, self.lattice.spacing, self.branch, self.minimum_margin);
         for _ in 0..ROUNDS {
             let better = |at: usize| {
                 let beside = neighbours(self.voxels[at].cell).into_iter().filter_map(|cell| self.place(cell));
@@ -43,7 +43,7 @@ impl Grown {
                 .filter(|(_, (_, tip))| tip.counts(self.minimum_margin))
                 .map(|((at, _), (start, tip))| {
                     let cell = self.voxels[*at].cell;
-                    (*at, Search::new(cell, self.lattice.centre(cell), &Arc::new(Source { at: *start, tip })))
+                    (*at, Search::new(&aim, cell, self.lattice.centre(cell), &Arc::new(Source { at: *start, tip })))
                 })
                 .collect();
             let mut changed = 0;

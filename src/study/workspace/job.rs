@@ -1,6 +1,7 @@
 //! One call for a workspace: from a sweep or a run to its size, its boundary, and what is known of every voxel.
 
 use super::beside_wall::on_and_before;
+use super::check::points_of_box;
 use super::distances::boundary_distances;
 use super::engine_map::{EngineMap, MapOptions};
 use super::error::WorkspaceError;
@@ -210,6 +211,8 @@ impl<'a> WorkspaceJob<'a> {
                 return Err(WorkspaceError::NoUsableRows { samples, minimum_margin });
             }
             Some(rows) => rows.starts(SEEDS as usize),
+            // Where the independent value takes the whole box of inputs, its first samples are where growth begins.
+            None if inputs.len() <= 3 => points_of_box(inputs.len(), SEEDS, self.seed),
             None => net_points(inputs.len(), SEEDS, self.seed),
         };
         let mut map = self.map(&inputs)?;

@@ -53,7 +53,7 @@ pub use reach::{Preference, Reach};
 pub use search::End;
 pub use skeleton::with_measured_dimension;
 pub use stage::WorkspaceStage;
-pub use tip_map::{Branch, Inputs, MOST_INPUTS, Tip, TipMap};
+pub use tip_map::{BaseLoad, Branch, Inputs, MOST_INPUTS, Tip, TipMap};
 pub use voxel_values::{Cause, VoxelValues};
 pub use work::{MeasureOptions, Measured, measure};
 pub use workspace::{Check, Workspace};

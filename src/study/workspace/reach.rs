@@ -115,8 +115,8 @@ impl Workspace {
                 return Err(WorkspaceError::Query { place: format!("target {row}"), problem });
             }
         }
-        let aim = Aim::voxels(self.inputs.len(), 3, self.grown.lattice.spacing, Branch::FromRest, self.minimum_margin)
-            .points(tolerance);
+        let aim =
+            Aim::voxels(map, 3, self.grown.lattice.spacing, Branch::FromRest, self.minimum_margin).points(tolerance);
         let places: Vec<usize> = self.grown.reached().collect();
         let starts: Vec<Vec<Inputs>> = targets.par_iter().map(|target| self.starts(&places, target.position)).collect();
         let mut solutions = self.solve_starts(map, &aim, targets, &starts)?;
@@ -167,7 +167,7 @@ impl Workspace {
         let tips = map.solve_from_rest(&flat.iter().map(|(_, at)| *at).collect::<Vec<_>>())?;
         let searches =
             flat.iter().zip(tips).filter(|(_, tip)| tip.counts(self.minimum_margin)).map(|((row, at), tip)| {
-                (*row, Search::new([0; 3], targets[*row].position, &Arc::new(Source { at: *at, tip })))
+                (*row, Search::new(aim, [0; 3], targets[*row].position, &Arc::new(Source { at: *at, tip })))
             });
         let mut found = vec![Vec::new(); targets.len()];
         for (row, search) in run(map, aim, searches.collect())? {
@@ -211,7 +211,7 @@ impl Workspace {
             let tips = map.solve_from_rest(&tries)?;
             let begun = searches.iter().zip(tries).zip(tips).filter(|(_, tip)| tip.counts(self.minimum_margin));
             let begun = begun.map(|(((number, row, _), at), tip)| {
-                (*number, Search::new([0; 3], targets[*row].position, &Arc::new(Source { at, tip })))
+                (*number, Search::new(aim, [0; 3], targets[*row].position, &Arc::new(Source { at, tip })))
             });
             let mut went = vec![None; walks.len()];
             for (number, solution) in run(map, aim, begun.collect())? {
@@ -285,7 +285,8 @@ impl Workspace {
                 .collect();
             let tips = map.solve_from_rest(&tries)?;
             let begun = tries.iter().zip(tips).filter(|(_, tip)| tip.counts(self.minimum_margin));
-            let begun = begun.map(|(at, tip)| (0, Search::new([0; 3], target, &Arc::new(Source { at: *at, tip }))));
+            let begun =
+                begun.map(|(at, tip)| (0, Search::new(aim, [0; 3], target, &Arc::new(Source { at: *at, tip }))));
             let error = |solution: &Solution| angle(solution.tip.tangent, tangent);
             let better = run(map, aim, begun.collect())?
                 .into_iter()

@@ -5,7 +5,7 @@
 
 use super::lattice::Cell;
 use super::step::{Singular, Step, bounded_step};
-use super::tip_map::{Branch, Inputs, Tip, TipMap, difference, distance, dot, norm};
+use super::tip_map::{BaseLoad, Branch, Inputs, Tip, TipMap, difference, distance, dot, norm};
 use crate::backend::BackendError;
 use crate::model::Vector;
 use rayon::prelude::*;
@@ -30,6 +30,8 @@ const SHORTENED: f64 = 0.3;
 const SHORTEST: f64 = 0.05;
 /// Searches that are done together on one thread.
 pub(super) const GRAIN: usize = 64;
+/// A tip this near to another, over the edge of a voxel, is the same.
+pub(super) const THERE: f64 = 0.01;
 /// A tip further from where it was predicted than this share of the step has jumped.
 const JUMP: f64 = 1.0;
 
@@ -52,14 +54,16 @@ pub(super) struct Aim {
     /// Whether inputs that the strongest directions leave open go towards their middle: of all parallel sheets of a
     /// thin body the middle one is meant.
     pub relaxes: bool,
+    /// Whether searches for equilibria from rest go from neighbour to neighbour, and solve from rest where they end.
+    pub walks: bool,
 }
 
 impl Aim {
     /// For the voxels of a workspace.
-    pub(super) fn voxels(input_count: usize, dimension: usize, edge: f64, branch: Branch, minimum_margin: f64) -> Aim {
+    pub(super) fn voxels(map: &dyn TipMap, dimension: usize, edge: f64, branch: Branch, minimum_margin: f64) -> Aim {
         let tolerance = ARRIVED * edge;
         Aim {
-            input_count,
+            input_count: map.input_count(),
             dimension,
             edge,
             branch,
@@ -68,6 +72,7 @@ impl Aim {
             most_steps: MOST_STEPS,
             hardly: HARDLY,
             relaxes: false,
+            walks: branch == Branch::FromRest && map.near_is_quick(),
         }
     }
 
@@ -101,6 +106,26 @@ pub(super) struct Source {
     pub tip: Tip,
 }
 
+/// How the equilibrium of a trial is solved for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// From rest.
+    Rest,
+    /// From the equilibrium that a search has come to.
+    Near,
+    /// From rest, where a walk from neighbour to neighbour has ended.
+    Certificate,
+}
+
+/// Where a search asks for an equilibrium.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trial {
+    pub at: Inputs,
+    /// Predicted load at the base.
+    pub base: BaseLoad,
+    pub way: Way,
+}
+
 /// The way to one voxel.
 #[derive(Clone, Debug)]
 pub(super) struct Search {
@@ -111,15 +136,24 @@ pub(super) struct Search {
     /// Whether equilibria were missing or jumped on the way.
     pub is_broken: bool,
     centre: Vector,
-    /// Where to solve next: inputs and base moment (N·m).
-    pub trial: (Inputs, Vector),
+    /// Where to solve next.
+    pub trial: Trial,
     predicted: Vector,
     steps: usize,
     share: f64,
+    way: Way,
+    /// Whether the equilibrium that the search has come to was solved from rest, where that is asked for.
+    is_certain: bool,
+    /// Whether the trial stands, to be solved from rest after its neighbour led nowhere; this is done once.
+    repeats: bool,
+    has_repeated: bool,
+    /// What is known of the voxel already: an end that is no better is not certified.
+    pub known: Option<(End, f64)>,
 }
 
 impl Search {
-    pub(super) fn new(cell: Cell, centre: Vector, source: &Arc<Source>) -> Search {
+    pub(super) fn new(aim: &Aim, cell: Cell, centre: Vector, source: &Arc<Source>) -> Search {
+        let way = if aim.walks || aim.branch == Branch::Neighbour { Way::Near } else { Way::Rest };
         Search {
             cell,
             at: source.at,
@@ -127,10 +161,15 @@ impl Search {
             end: None,
             is_broken: false,
             centre,
-            trial: (source.at, source.tip.base_moment),
+            trial: Trial { at: source.at, base: source.tip.base, way },
             predicted: source.tip.position,
             steps: 0,
             share: 1.0,
+            way,
+            is_certain: true,
+            repeats: false,
+            has_repeated: false,
+            known: None,
         }
     }
 
@@ -141,12 +180,22 @@ impl Search {
 
     /// Fills `trial`, or ends the search.
     pub(super) fn propose(&mut self, aim: &Aim) {
+        if self.end.is_some() || std::mem::take(&mut self.repeats) {
+            return;
+        }
         let missing = difference(self.centre, self.tip.position);
         let mut step = bounded_step(&self.tip, &self.at, aim.input_count, missing, aim.dimension);
         if aim.relaxes {
             step.relax(&self.tip, &self.at, aim.input_count, aim.dimension);
         }
-        self.end = self.ended(aim, missing, &step);
+        let end = self.ended(aim, missing, &step);
+        let is_news = |end: &End| self.known.is_none_or(|known| (*end, norm(missing)) < known);
+        let is_claim = |end: &End| matches!(end, End::Reached | End::AtLimit | End::Singular);
+        if !self.is_certain && end.as_ref().is_some_and(|end| is_claim(end) && is_news(end)) {
+            self.trial = Trial { at: self.at, base: self.tip.base, way: Way::Certificate };
+            return;
+        }
+        self.end = end;
         if self.end.is_some() {
             return;
         }
@@ -154,7 +203,7 @@ impl Search {
         let mut at = self.at;
         at.iter_mut().zip(change).for_each(|(t, change)| *t = (*t + change).clamp(-1.0, 1.0));
         let taken: Inputs = std::array::from_fn(|k| at[k] - self.at[k]);
-        self.trial = (at, self.tip.moment_after(&taken));
+        self.trial = Trial { at, base: self.tip.base_after(&taken), way: self.way };
         self.predicted = self.tip.position_after(&taken);
     }
 
@@ -188,6 +237,16 @@ impl Search {
 
     /// Takes the equilibrium at `trial`; goes there if it is nearer.
     pub(super) fn judge(&mut self, aim: &Aim, tip: Tip) {
+        match self.trial.way {
+            Way::Certificate => return self.certify(aim, tip),
+            Way::Near if aim.walks && !tip.usable && !self.has_repeated => {
+                (self.repeats, self.has_repeated, self.trial.way) = (true, true, Way::Rest);
+                return;
+            }
+            // A rod that is not found near a neighbour but from rest is sought from rest.
+            Way::Rest if tip.usable => self.way = Way::Rest,
+            _ => {}
+        }
         self.steps += 1;
         let moved = distance(self.predicted, self.tip.position);
         let counts = tip.counts(aim.minimum_margin);
@@ -202,12 +261,23 @@ impl Search {
         let nearer = counts && distance(tip.position, self.centre) < slack * self.missing();
         // On another sheet the nearest point means nothing; an arrival counts wherever it came from.
         let arrived = aim.dimension == 3 && distance(tip.position, self.centre) <= aim.tolerance;
-        if nearer && (!jumped || arrived || aim.branch == Branch::FromRest) {
-            (self.at, self.tip) = (self.trial.0, tip);
+        if nearer && (!jumped || arrived || self.trial.way == Way::Rest) {
+            (self.at, self.tip) = (self.trial.at, tip);
+            self.is_certain = aim.branch == Branch::Neighbour || self.trial.way == Way::Rest;
             self.share = (self.share / SHORTENED).min(1.0);
         } else {
             self.share *= SHORTENED;
             self.is_broken |= jumped;
+        }
+    }
+
+    /// Takes the equilibrium from rest where a walk has ended: the walk counts if it ended at this one.
+    fn certify(&mut self, aim: &Aim, tip: Tip) {
+        if tip.counts(aim.minimum_margin) && distance(tip.position, self.tip.position) < THERE * aim.edge {
+            self.tip = tip;
+            self.is_certain = true;
+        } else {
+            (self.end, self.is_broken) = (Some(End::OffBranch), true);
         }
     }
 }
@@ -225,8 +295,8 @@ pub(super) fn run_searches<K: Send + Sync>(
         active.par_iter_mut().with_min_len(GRAIN).for_each(|(_, search)| search.propose(aim));
         let (done, mut going): (Vec<_>, Vec<_>) = active.into_iter().partition(|(_, search)| search.end.is_some());
         ended.extend(done);
-        let trials: Vec<(Inputs, Vector)> = going.iter().map(|(_, search)| search.trial).collect();
-        let tips = solve_trials(map, aim.branch, &trials)?;
+        let trials: Vec<Trial> = going.iter().map(|(_, search)| search.trial).collect();
+        let tips = solve_trials(map, &trials)?;
         going.par_iter_mut().zip(tips).with_min_len(GRAIN).for_each(|((key, search), mut tip)| {
             adjust(key, &mut tip);
             search.judge(aim, tip);
@@ -236,14 +306,16 @@ pub(super) fn run_searches<K: Send + Sync>(
     Ok(ended)
 }
 
-/// The equilibria at trials, of the branch that is meant.
-pub(super) fn solve_trials(
-    map: &mut dyn TipMap,
-    branch: Branch,
-    trials: &[(Inputs, Vector)],
-) -> Result<Vec<Tip>, BackendError> {
-    match branch {
-        Branch::FromRest => map.solve_from_rest(&trials.iter().map(|(at, _)| *at).collect::<Vec<_>>()),
-        Branch::Neighbour => map.near(trials),
+/// The equilibria at trials, each by its way.
+pub(super) fn solve_trials(map: &mut dyn TipMap, trials: &[Trial]) -> Result<Vec<Tip>, BackendError> {
+    let (near, rest): (Vec<usize>, Vec<usize>) = (0..trials.len()).partition(|number| trials[*number].way == Way::Near);
+    let at_rest: Vec<Inputs> = rest.iter().map(|number| trials[*number].at).collect();
+    let beside: Vec<(Inputs, BaseLoad)> =
+        near.iter().map(|number| (trials[*number].at, trials[*number].base)).collect();
+    let mut tips = vec![Tip::NONE; trials.len()];
+    rest.into_iter().zip(map.solve_from_rest(&at_rest)?).for_each(|(number, tip)| tips[number] = tip);
+    if !beside.is_empty() {
+        near.into_iter().zip(map.near(&beside)?).for_each(|(number, tip)| tips[number] = tip);
     }
+    Ok(tips)
 }

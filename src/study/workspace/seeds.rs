@@ -13,13 +13,14 @@ use crate::table::Table;
 /// The first points of a scrambled Sobol' net over the inputs, scaled; `count` is a power of two.
 pub(super) fn net_points(input_count: usize, count: u64, seed: u64) -> Vec<Inputs> {
     let net = SobolNet::new(input_count, seed);
-    (0..count)
-        .map(|index| {
-            let mut point = [0.0; MOST_INPUTS];
-            net.point(index, &mut point[..input_count]);
-            std::array::from_fn(|k| if k < input_count { 2.0 * point[k] - 1.0 } else { 0.0 })
-        })
-        .collect()
+    (0..count).map(|index| net_point(&net, input_count, index)).collect()
+}
+
+/// A point of a net, scaled.
+pub(super) fn net_point(net: &SobolNet, input_count: usize, index: u64) -> Inputs {
+    let mut point = [0.0; MOST_INPUTS];
+    net.point(index, &mut point[..input_count]);
+    std::array::from_fn(|k| if k < input_count { 2.0 * point[k] - 1.0 } else { 0.0 })
 }
 
 fn scaled(inputs: &[WorkspaceInput], values: &[f64]) -> Inputs {

@@ -10,6 +10,20 @@ pub const MOST_INPUTS: usize = 12;
 /// Inputs over half their range: from -1 to 1; those beyond the number of inputs are zero.
 pub type Inputs = [f64; MOST_INPUTS];
 
+/// The internal load at the base of an equilibrium, from which it is found again, and its neighbours are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseLoad {
+    /// Moment (N·m).
+    pub moment: Vector,
+    /// Force (N); NaN where the loads of the rod tell it, as in a uniform field.
+    pub force: Vector,
+}
+
+impl BaseLoad {
+    /// No load.
+    pub const NONE: BaseLoad = BaseLoad { moment: [f64::NAN; 3], force: [f64::NAN; 3] };
+}
+
 /// One equilibrium: its tip and what the inputs do to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
@@ -21,14 +35,16 @@ pub struct Tip {
     pub tangent: Vector,
     /// Stability margin.
     pub margin: f64,
-    /// Internal moment at the base (N·m), from which a neighbour is followed.
-    pub base_moment: Vector,
+    /// Load at the base, from which a neighbour is followed.
+    pub base: BaseLoad,
     /// Normal force of the wall on the tip (N); 0 away from the wall, NaN without one.
     pub normal_force: f64,
     /// By each input over half its range: of the position (m).
     pub jacobian: [Vector; MOST_INPUTS],
-    /// By each input over half its range: of the base moment (N·m). Zero where nobody asked.
+    /// By each input over half its range: of the moment (N·m) and of the force (N) at the base. Zero where nobody asked.
     pub moment_rates: [Vector; MOST_INPUTS],
+    /// See `moment_rates`.
+    pub force_rates: [Vector; MOST_INPUTS],
 }
 
 impl Tip {
@@ -38,10 +54,11 @@ impl Tip {
         position: [f64::NAN; 3],
         tangent: [f64::NAN; 3],
         margin: f64::NAN,
-        base_moment: [f64::NAN; 3],
+        base: BaseLoad::NONE,
         normal_force: f64::NAN,
         jacobian: [[0.0; 3]; MOST_INPUTS],
         moment_rates: [[0.0; 3]; MOST_INPUTS],
+        force_rates: [[0.0; 3]; MOST_INPUTS],
     };
 
     /// Whether it is stable with this margin at least.
@@ -54,9 +71,12 @@ impl Tip {
         advanced(self.position, &self.jacobian, change)
     }
 
-    /// The base moment after a small change of the inputs, to first order (N·m).
-    pub fn moment_after(&self, change: &Inputs) -> Vector {
-        advanced(self.base_moment, &self.moment_rates, change)
+    /// The load at the base after a small change of the inputs, to first order.
+    pub fn base_after(&self, change: &Inputs) -> BaseLoad {
+        BaseLoad {
+            moment: advanced(self.base.moment, &self.moment_rates, change),
+            force: advanced(self.base.force, &self.force_rates, change),
+        }
     }
 }
 
@@ -89,12 +109,17 @@ pub trait TipMap {
     /// An engine that fails; inputs without a usable equilibrium are no error.
     fn solve_from_rest(&mut self, inputs: &[Inputs]) -> Result<Vec<Tip>, BackendError>;
 
-    /// Stable equilibria near given base moments (N·m), one for each row of inputs.
+    /// Stable equilibria near given loads at the base, one for each row of inputs.
     ///
     /// # Errors
     ///
     /// As [`TipMap::solve_from_rest`].
-    fn near(&mut self, inputs: &[(Inputs, Vector)]) -> Result<Vec<Tip>, BackendError>;
+    fn near(&mut self, inputs: &[(Inputs, BaseLoad)]) -> Result<Vec<Tip>, BackendError>;
+
+    /// Whether an equilibrium near a known one takes much less time than one from rest.
+    fn near_is_quick(&self) -> bool {
+        false
+    }
 }
 
 /// Distance of two points.

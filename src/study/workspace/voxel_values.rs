@@ -163,7 +163,7 @@ impl VoxelValues {
             values.compliance.extend(solved.iter().map(|(_, rates)| principal_compliance(rates)));
             let mut tips: Vec<Tip> = solved.into_iter().map(|(tip, _)| tip).collect();
             if grown.branch == super::Branch::Neighbour {
-                let starts: Vec<_> = inputs.iter().zip(&tips).map(|(at, tip)| (*at, tip.base_moment)).collect();
+                let starts: Vec<_> = inputs.iter().zip(&tips).map(|(at, tip)| (*at, tip.base)).collect();
                 tips = map.near(&starts)?;
             }
             for ((at, inputs), tip) in places.iter().zip(inputs).zip(&tips) {

@@ -8,10 +8,11 @@ use super::lattice::CellMap;
 use super::measures::{Ends, Estimate, extrapolated, sections, volume};
 use super::paint::paint;
 use super::stage::WorkspaceStage;
-use super::tip_map::{Branch, Inputs, Tip, TipMap, padded};
+use super::tip_map::{Branch, Inputs, MOST_INPUTS, Tip, TipMap, padded};
 use super::voxel_values::Seen;
 use super::workspace::Check;
 use crate::table::Lattice;
+use std::collections::HashMap;
 
 /// What was found of a workspace.
 #[derive(Clone, Debug)]
@@ -80,6 +81,8 @@ pub(super) struct Work<'a> {
     lattice: Lattice,
     rows: Vec<(Inputs, Tip)>,
     pub tips: Vec<Tip>,
+    /// Place of each start among `tips`, by the bits of its inputs.
+    starts: HashMap<[u64; MOST_INPUTS], u32>,
     seen: Seen,
     /// One of many designs: neither checked nor decided, so that it is quick.
     pub is_design: bool,
@@ -87,12 +90,22 @@ pub(super) struct Work<'a> {
 
 impl<'a> Work<'a> {
     pub(super) fn new(job: MeasureOptions<'a>, map: &'a mut dyn TipMap, lattice: Lattice) -> Work<'a> {
-        Work { job, map, lattice, rows: Vec::new(), tips: Vec::new(), seen: Seen::default(), is_design: false }
+        Work {
+            job,
+            map,
+            lattice,
+            rows: Vec::new(),
+            tips: Vec::new(),
+            starts: HashMap::new(),
+            seen: Seen::default(),
+            is_design: false,
+        }
     }
 
     /// Solves where growth is to begin, and tells the dimension.
     pub(super) fn seed(&mut self, starts: &[Inputs]) -> Result<Dimension, WorkspaceError> {
         self.tips = self.map.solve_from_rest(starts)?;
+        self.starts = starts.iter().zip(0..).map(|(at, place)| (at.map(f64::to_bits), place)).collect();
         let pairs = starts.iter().copied().zip(self.tips.iter().copied());
         self.rows = pairs.filter(|(_, tip)| tip.counts(self.job.minimum_margin)).collect();
         self.rows.iter().for_each(|(at, tip)| self.seen.add(&self.lattice, at, tip));
@@ -129,7 +142,11 @@ impl<'a> Work<'a> {
         (self.job.watch)(WorkspaceStage::Checking);
         let family = match (self.job.any_stable || self.is_design, dimension.rank) {
             (true, _) | (_, 0) => None,
-            (false, rank) => Family::solve(self.map, rank, least, self.job.seed)?,
+            (false, rank) => {
+                let (starts, tips) = (&self.starts, &self.tips);
+                let known = |at: &Inputs| starts.get(&at.map(f64::to_bits)).map(|place| tips[*place as usize]);
+                Family::solve(self.map, rank, least, self.job.seed, &known)?
+            }
         };
         if let Some(family) = &family {
             // Further places to begin from; the integral itself knows nothing of growth.

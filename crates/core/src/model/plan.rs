@@ -432,13 +432,24 @@ impl Plan {
         (self.terms.varying_field && first > 0).then_some(first)
     }
 
-    /// Rows of one derivative: tip position, tip rotation and, where they are wanted, base moment and what goes with it.
+    /// Rows of one derivative: tip position, tip rotation and, where they are wanted, base moment and what goes with it: curvature beyond
+    /// rigid segments, force at the base.
     pub fn rows(&self) -> usize {
-        match (self.options.base_moment_rows, self.first_beyond_rigid()) {
-            (false, _) => MOST_ROWS - 3,
-            (true, None) => MOST_ROWS,
-            (true, Some(_)) => MOST_ROWS + 3,
+        let further = usize::from(self.first_beyond_rigid().is_some()) + usize::from(self.tells_base_force());
+        match self.options.base_moment_rows {
+            false => MOST_ROWS - 3,
+            true => MOST_ROWS + 3 * further,
         }
+    }
+
+    /// First row of a derivative that is of the force at the base; `None` where that is not asked for.
+    pub fn base_force_row(&self) -> Option<usize> {
+        (self.options.base_moment_rows && self.tells_base_force()).then(|| self.rows() - 3)
+    }
+
+    /// Whether the force at the base is asked for and is not that of the loads alone.
+    fn tells_base_force(&self) -> bool {
+        self.terms.varying_field && self.options.base_force
     }
 
     /// First column of the solutions after the derivatives, where that of [`Plan::first_beyond_rigid`] has its curvature.
@@ -449,7 +460,7 @@ impl Plan {
     /// First column of the force at the base, where the field varies. Searches always hold it: the moment alone is no start.
     pub fn base_force_column(&self) -> Option<usize> {
         let own_curvature = if self.first_beyond_rigid().is_some() { 3 } else { 0 };
-        (self.terms.varying_field && (self.options.base_force || self.searches()))
+        (self.tells_base_force() || self.terms.varying_field && self.searches())
             .then(|| self.own_curvature_column() + own_curvature)
     }
 

@@ -31,8 +31,8 @@ pub struct PlanOptions {
     pub base_moment_rows: bool,
     /// Whether derivatives include those of the load of a fold.
     pub fold_rows: bool,
-    /// Whether solutions hold the force at the base where the field varies, so that they can be started from again. The CPU engine
-    /// alone tells it.
+    /// Whether solutions hold the force at the base where the field varies, so that they can be started from again, and with
+    /// `base_moment_rows` how it follows each parameter. The CPU engine alone tells it.
     pub base_force: bool,
 }
 

@@ -213,7 +213,10 @@ impl Cpu {
         let mut scales = vec![1.0; Quantity::COUNT];
         scales[..3].fill(units.length);
         scales[Quantity::BaseMoment.column()..][..3].fill(units.moment());
-        let of_row = |row: usize| [units.length, 1.0, units.moment(), units.curvature()][row % self.plan.rows() / 3];
+        let of_row = |row: usize| match row % self.plan.rows() {
+            row if self.plan.base_force_row().is_some_and(|first| first <= row) => units.force,
+            row => [units.length, 1.0, units.moment(), units.curvature()][row / 3],
+        };
         scales.extend((0..self.plan.rows() * self.plan.derivatives.len()).map(of_row));
         let last = self.plan.contact_column().unwrap_or(self.plan.output_count());
         let count = self.plan.fold_column().unwrap_or(last);

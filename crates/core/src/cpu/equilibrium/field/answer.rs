@@ -310,10 +310,10 @@ fn write_rows<L: Lane>(
     let Problem { program, rod, .. } = *problem;
     let rows = program.rows / 3;
     let base = State { p: Vec3::splat(rod.t.x.constant(0.0)), d1: rod.d1, t: rod.t, m: end.base.1, n: end.base.0 };
-    let mut slope = base.p;
+    let mut slope = (base.p, base.p);
     if let Some(Segment::Flexible(first)) = rod.segments.first() {
         let v = velocity(program.terms, first, base.d1, cross(base.t, base.d1), base.t, base.n);
-        slope = slopes(&workspace.space, first, &base, v).0;
+        slope = slopes(&workspace.space, first, &base, v);
     }
     for (three, (parameters, columns)) in workspace.parameters.iter().zip(&workspace.columns).enumerate() {
         for k in 0..3.min(program.derivatives.len() - 3 * three) {
@@ -322,12 +322,14 @@ fn write_rows<L: Lane>(
             let change = end.inverse.on(rows_of_force, of_moment);
             let (dp, w) = moved(workspace, change);
             // What is inserted lies proximal to the former base.
-            let dm0 = change.1 - slope * parameters.sources.insertion[k];
-            let mut du0 = dm0;
+            let inserted = parameters.sources.insertion[k];
+            let (dm0, dn0) = (change.1 - slope.0 * inserted, change.0 - slope.1 * inserted);
+            // Curvature beyond rigid segments; without those the force follows at once.
+            let mut fourth = dn0;
             if program.first_beyond_rigid.is_some() {
-                du0 = workspace.first.by_parameters[three][k] + workspace.first.moved(change);
+                fourth = workspace.first.by_parameters[three][k] + workspace.first.moved(change);
             }
-            let all = [columns.dp[k] + dp, columns.w[k] + w, dm0, du0];
+            let all = [columns.dp[k] + dp, columns.w[k] + w, dm0, fourth, dn0];
             let df = columns.dn[k] - parameters.df_tip[k] + workspace.matrix.on(change.0, change.1).0;
             write_force_rows(problem, 3 * three + k, (parameters, k), (columns.dp[k] + dp, df), workspace, out);
             for (row, value) in all.into_iter().enumerate().take(rows) {
