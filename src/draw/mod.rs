@@ -72,7 +72,7 @@ pub use tip_cloud::Cloud;
 pub use tip_path::TipPath;
 pub use views::{AZIMUTH, ELEVATION, FourViews, View};
 pub use voxel_sheet::{VoxelRows, VoxelSheet};
-pub use voxels::{VoxelEdge, VoxelPanel};
+pub use voxels::{PanelPlane, VoxelEdge, VoxelPanel};
 pub use wall::{DrawnWall, WallPress};
 
 use crate::files;

@@ -6,6 +6,7 @@ use super::colour_bar::{ColourRange, ColourScale};
 use super::legend::{self, Entry};
 use super::ticks::LengthUnit;
 use super::voxels::VoxelPanel;
+use super::wall::{DrawnWall, WallScenery};
 use super::{Figure, Panel, ReportError, TWO_COLUMNS};
 
 const FIGURE: &str = "the voxels";
@@ -55,6 +56,8 @@ pub struct VoxelSheet {
     pub edges_title: String,
     /// What lines along edges mean, and their colours.
     pub edges: Vec<(String, Colour)>,
+    /// Behind the squares of panels that are planes of the world.
+    pub wall: Option<DrawnWall>,
     /// Under the squares, side by side.
     pub below: Vec<Box<dyn Panel>>,
 }
@@ -125,7 +128,14 @@ impl Figure for VoxelSheet {
                 for (panel, width) in row.iter().zip(&layout.widths) {
                     let height = layout.frame_height(panel);
                     let frame = Rect { left, top: top + ABOVE, width: *width, height };
-                    panel.draw(&mut canvas, frame, (layout.scale, layout.unit, labelled), range.as_ref(), &self.edges);
+                    panel.draw(
+                        &mut canvas,
+                        frame,
+                        (layout.scale, layout.unit, labelled),
+                        range.as_ref(),
+                        &self.edges,
+                        self.wall.as_ref(),
+                    );
                     let letter = letters.next().map(String::from).unwrap_or_default();
                     let at = [left, top + ABOVE - 7.0];
                     canvas.text(Text::new(letter, at, TITLE).bold());
@@ -199,7 +209,10 @@ impl VoxelSheet {
                 canvas.line([[rect.left, y], [rect.right(), y]], stroke);
             })
         };
-        self.edges.iter().enumerate().filter(|(kind, _)| used(*kind)).map(entry).collect()
+        let mut entries: Vec<Entry> =
+            self.edges.iter().enumerate().filter(|(kind, _)| used(*kind)).map(entry).collect();
+        entries.extend(self.wall.iter().flat_map(|wall| WallScenery::in_plane(wall, [0.0; 3]).entries()));
+        entries
     }
 }
 

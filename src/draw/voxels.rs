@@ -5,6 +5,10 @@ use super::canvas::{Canvas, Point, Rect, Shape, Stroke};
 use super::colour::Colour;
 use super::colour_bar::ColourRange;
 use super::ticks::{self, LengthUnit};
+use super::vectors::cross;
+use super::views::View;
+use super::wall::{DrawnWall, WallScenery};
+use crate::model::Vector;
 
 /// Least distance between marks of the axis to the right and of the one upwards (pt).
 const MARKS: [f64; 2] = [21.0, 13.0];
@@ -18,6 +22,15 @@ pub struct VoxelEdge {
     pub corners: Vec<[usize; 2]>,
     /// Place in the sheet's [`edges`](super::VoxelSheet::edges).
     pub kind: usize,
+}
+
+/// Where a panel lies in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PanelPlane {
+    /// To the right and upwards: x, y or z.
+    pub axes: [usize; 2],
+    /// A point of it (m): a wall is drawn where it cuts this plane.
+    pub through: Vector,
 }
 
 /// Squares of a plane, each with a number or without.
@@ -37,6 +50,8 @@ pub struct VoxelPanel {
     pub squares: Vec<Option<f64>>,
     /// On top of the squares.
     pub edges: Vec<VoxelEdge>,
+    /// `None` where it is no plane of the world.
+    pub plane: Option<PanelPlane>,
 }
 
 impl VoxelPanel {
@@ -57,7 +72,7 @@ impl VoxelPanel {
     }
 
     /// Draws it at a scale (pt/m) in the middle of a frame, with or without a label under it; `edges` are the words and
-    /// colours of lines.
+    /// colours of lines. The wall lies behind its squares.
     pub(super) fn draw(
         &self,
         canvas: &mut Canvas,
@@ -65,6 +80,7 @@ impl VoxelPanel {
         (scale, unit, labelled): (f64, LengthUnit, bool),
         range: Option<&ColourRange>,
         edges: &[(String, Colour)],
+        wall: Option<&DrawnWall>,
     ) {
         let extents = self.extents();
         let middle: [f64; 2] = std::array::from_fn(|k| self.corner[k] + 0.5 * extents[k]);
@@ -75,6 +91,9 @@ impl VoxelPanel {
         };
         let axes = Axes { rect: frame, x: axis(0, frame.width), y: axis(1, frame.height) };
         axes.draw_multiples(canvas, MARKS.map(|mark| ticks::round_up(mark / scale / unit.metres)), [labelled, true]);
+        if let (Some(wall), Some(plane)) = (wall, self.plane) {
+            WallScenery::in_plane(wall, plane.through).draw_behind(canvas, &plane.view(middle, frame, scale));
+        }
         let place = |[column, row]: [usize; 2]| -> Point {
             let at = [column, row].map(|count| count as f64 * self.spacing);
             axes.place(std::array::from_fn(|k| (self.corner[k] + at[k]) / unit.metres))
@@ -98,5 +117,25 @@ impl VoxelPanel {
             }
         }
         canvas.rect(frame, None, Some(Stroke::new(Colour::MUTED, 0.6)));
+    }
+}
+
+impl PanelPlane {
+    /// The plane with this point (m) in the middle of a frame.
+    fn view(&self, middle: [f64; 2], frame: Rect, scale: f64) -> View {
+        let [u, w] = self.axes;
+        let unit = |axis: usize| -> Vector { std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 }) };
+        let mut centre = self.through;
+        (centre[u], centre[w]) = (middle[0], middle[1]);
+        View {
+            rect: frame,
+            right: unit(u),
+            up: unit(w),
+            toward: cross(unit(u), unit(w)),
+            scale,
+            centre,
+            middle: frame.centre(),
+            axes: Some(self.axes),
+        }
     }
 }

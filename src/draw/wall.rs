@@ -104,6 +104,11 @@ impl<'a> WallScenery<'a> {
         WallScenery { drawn, through, place: "the middle of the tips", limits }
     }
 
+    /// Cut by a plane of voxels through this point.
+    pub(super) fn in_plane(drawn: &'a DrawnWall, through: Vector) -> WallScenery<'a> {
+        WallScenery { drawn, through, place: "each slice, and the middle of all voxels", limits: [[0.0; 2]; 3] }
+    }
+
     /// Draws what lies behind the rod.
     pub(super) fn draw_behind(&self, canvas: &mut Canvas, view: &View) {
         if view.axes.is_none() {

@@ -93,6 +93,7 @@ fn sheet(found: &ContactMap, groups: Vec<VoxelRows>) -> VoxelSheet {
         groups,
         edges_title: "Beyond the outline:".into(),
         edges: OUTLINES.map(|(words, colour)| (words.to_owned(), colour)).into(),
+        wall: None,
         below: Vec::new(),
     }
 }
@@ -117,5 +118,6 @@ fn panel(found: &ContactMap, title: &str, number: &dyn Fn(usize) -> Option<f64>)
         columns,
         squares: squares.iter().map(|square| square.and_then(number)).collect(),
         edges: outline.edges(),
+        plane: None,
     }
 }

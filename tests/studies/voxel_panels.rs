@@ -18,6 +18,7 @@ fn panel(columns: usize, squares: &[Option<f64>]) -> VoxelPanel {
         columns,
         squares: squares.to_vec(),
         edges: Vec::new(),
+        plane: None,
     }
 }
 

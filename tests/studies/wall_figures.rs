@@ -1,9 +1,12 @@
 //! Walls in figures: hatched where panels cut them, with the force on the tip and what friction holds.
 
+use crate::common::root;
 use crate::common::walls::golden_wall;
 use rodsweep::draw::{DrawnWall, Figure, ImageFormat, encode};
-use rodsweep::figures::rod_shape;
+use rodsweep::figures::{draw_workspace, rod_shape};
+use rodsweep::spec::SweepSpec;
 use rodsweep::study::Solve;
+use rodsweep::study::workspace::{Workspace, WorkspaceExtras, WorkspaceJob};
 
 fn svg(figure: &dyn Figure) -> String {
     String::from_utf8(encode(figure, ImageFormat::Svg).expect("a figure")).expect("text")
@@ -54,4 +57,29 @@ fn a_held_tip_has_its_cone_and_a_free_one_no_force() {
     without.wall = None;
     let svg = svg(&rod_shape(&Solve::new(without).run().expect("an answer")).expect("a shape"));
     assert_eq!((strokes(&svg), svg.contains("wall")), (0, false));
+}
+
+/// Slices and projections of a workspace are cut by the wall where it crosses them.
+#[test]
+fn workspaces_show_the_wall() {
+    let axis = |name: &str| format!("[[axis]]\nparameter = \"{name}\"\nfrom = \"-0.3 A\"\nto = \"0.3 A\"\n");
+    let axes = ["coil.current.x", "coil.current.y", "coil.current.z"].map(axis).concat();
+    let text = format!("scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"uniform\"\nsamples = 64\n{axes}");
+    let mut spec = SweepSpec::parse(&root().join("sweeps/wall.toml"), &text).expect("a sweep");
+    spec.scene = golden_wall("p6-end-on");
+    let found = WorkspaceJob::of_sweep(&spec).voxel(6e-3).run().expect("a workspace");
+    let drawn = |found: &Workspace| {
+        let folder = tempfile::tempdir().expect("a folder");
+        draw_workspace(found, &WorkspaceExtras::default(), &[], folder.path()).expect("figures");
+        std::fs::read_to_string(folder.path().join("workspace.svg")).expect("a figure")
+    };
+    let svg = drawn(&found);
+    // A plane across z is no line in the panels of x and y.
+    let panels = if found.grown.dimension == 3 { 4 } else { 2 };
+    assert_eq!(lines(&svg), panels + 1, "dimension {}", found.grown.dimension);
+    assert!(strokes(&svg) > 40 && svg.contains("wall, cut through each slice"), "{} strokes", strokes(&svg));
+    let mut without = found;
+    without.scene.wall = None;
+    let svg = drawn(&without);
+    assert_eq!((lines(&svg), svg.contains("wall")), (0, false));
 }

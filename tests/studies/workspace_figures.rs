@@ -92,6 +92,7 @@ fn summary() -> WorkspaceSummary {
                 points: touched.map(|(h, n, v)| point(Some(h), n, Estimate::without_bounds(1e-6 * v))).into(),
             },
         ],
+        wall: None,
         reference: Some(("best value".into(), estimate(281.5e-6, 0.3e-6))),
     }
 }

@@ -4,6 +4,7 @@ use super::sheets::write_both;
 use super::{DesignStudy, Method, MethodPoint, WorkspaceFigures, WorkspaceSummary};
 use crate::draw::ReportError;
 use crate::figures::files::Drawn;
+use crate::figures::wall::still_wall;
 use crate::study::workspace::{Convergence, Workspace, WorkspaceExtras};
 use std::path::Path;
 
@@ -24,6 +25,7 @@ pub fn draw_workspace(
         dimension: found.grown.dimension,
         size: found.size(),
         methods: methods(convergence),
+        wall: still_wall(&found.scene, found.inputs.iter().flat_map(|input| input.parameters.iter().copied())),
         reference: None,
     };
     let lattice = found.grown.lattice;

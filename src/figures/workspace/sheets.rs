@@ -221,7 +221,13 @@ impl Sheets<'_> {
         let groups: Vec<VoxelRows> = groups.into_iter().flatten().collect();
         let title = [self.summary.title.as_str(), words].into_iter().filter(|part| !part.is_empty());
         let title = title.collect::<Vec<_>>().join(": ");
-        (!groups.is_empty()).then(|| VoxelSheet { title, note: self.note(), groups, ..VoxelSheet::default() })
+        (!groups.is_empty()).then(|| VoxelSheet {
+            title,
+            note: self.note(),
+            groups,
+            wall: self.summary.wall.clone(),
+            ..VoxelSheet::default()
+        })
     }
 
     fn note(&self) -> String {

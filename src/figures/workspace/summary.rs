@@ -1,5 +1,6 @@
 //! Numbers of a workspace beside its voxels, for titles and curves.
 
+use crate::draw::DrawnWall;
 use crate::study::workspace::Estimate;
 
 /// What is known of a workspace besides its voxels.
@@ -13,6 +14,8 @@ pub struct WorkspaceSummary {
     pub size: Option<Estimate>,
     /// The size by several methods, each at several costs.
     pub methods: Vec<Method>,
+    /// The wall of the scene, where no input moves it.
+    pub wall: Option<DrawnWall>,
     /// The size to compare the methods with, and its name.
     pub reference: Option<(String, Estimate)>,
 }

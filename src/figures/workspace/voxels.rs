@@ -1,7 +1,7 @@
 //! The voxels of a table as planes: slices, and projections along an axis.
 
 use super::outline::Outline;
-use crate::draw::VoxelPanel;
+use crate::draw::{PanelPlane, VoxelPanel};
 use crate::table::{Lattice, Table, Values};
 use std::collections::HashMap;
 
@@ -108,7 +108,7 @@ impl<'a> Voxels<'a> {
             let at = self.slice_index(across);
             let centre = self.lattice.centre([at; 3])[across];
             let title = format!("slice {} = {}", NAMES[across], millimetres(centre));
-            self.plane(across, title, numbers, edges, Shown::Greatest, |voxel| voxel[across] == at)
+            self.plane((across, centre), title, numbers, edges, Shown::Greatest, |voxel| voxel[across] == at)
         };
         ACROSS.map(slice).into()
     }
@@ -117,7 +117,8 @@ impl<'a> Voxels<'a> {
     pub(super) fn projections(&self, numbers: &[f64], shown: Shown) -> Vec<VoxelPanel> {
         let projection = |across: usize| {
             let title = format!("{} along {}", shown.words(), NAMES[across]);
-            self.plane(across, title, numbers, false, shown, |_| true)
+            let [low, high] = self.bounds[across].map(|index| self.lattice.centre([index; 3])[across]);
+            self.plane((across, 0.5 * (low + high)), title, numbers, false, shown, |_| true)
         };
         ACROSS.map(projection).into()
     }
@@ -142,7 +143,7 @@ impl<'a> Voxels<'a> {
 
     fn plane(
         &self,
-        across: usize,
+        (across, depth): (usize, f64),
         title: String,
         numbers: &[f64],
         edges: bool,
@@ -178,6 +179,9 @@ impl<'a> Voxels<'a> {
                 outline.set(column, line, is_there, cause);
             }
         }
+        let middle = |axis: usize| {
+            self.bounds[axis].map(|index| 0.5 * self.lattice.centre([index; 3])[axis]).iter().sum::<f64>()
+        };
         let corner = |axis: usize| self.lattice.centre([self.bounds[axis][0]; 3])[axis] - 0.5 * self.lattice.spacing;
         VoxelPanel {
             title,
@@ -187,6 +191,10 @@ impl<'a> Voxels<'a> {
             columns,
             squares,
             edges: outline.edges(),
+            plane: Some(PanelPlane {
+                axes: [u, w],
+                through: std::array::from_fn(|k| if k == across { depth } else { middle(k) }),
+            }),
         }
     }
 }
