@@ -6,7 +6,7 @@ use crate::backend::BackendError;
 use crate::backend::BackendFactory;
 use crate::engines::for_second_attempt;
 use crate::model::rotation_angle;
-use crate::model::tolerances::limp_growth;
+use crate::model::tolerances::{FOLD_EVIDENCE, limp_growth};
 use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use crate::results::PilotChoice;
 use crate::spec::Sampler;
@@ -91,7 +91,7 @@ pub fn choose_method(
 /// Samples whose error estimate would be above the tolerance count with the stages of their second attempts.
 ///
 /// Where none does, the differences have stopped falling (rounding) or 128 is too few: then the smallest number
-/// within twice the least difference of tips is taken, and `reached` is false.
+/// within twice the least difference of tips is taken, and `reached` is false. Where no sample reaches its load, folds are compared.
 ///
 /// # Errors
 ///
@@ -274,6 +274,10 @@ pub fn choose_steps_for(plan: &Plan, batch: &Batch, factory: BackendFactory) -> 
 
 /// The same against a truth that is known, perhaps of another method.
 fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, BackendError> {
+    truth.lead(STEPS[0])?;
+    if truth.known().is_empty() {
+        return choose_by_folds(plan, truth);
+    }
     let mut trials: Vec<Trial> = Vec::new();
     let mut best: Option<PilotChoice> = None;
     let again = stages(&for_second_attempt(plan)) as f64;
@@ -310,6 +314,26 @@ fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, Backend
     let (steps, error_share) = (STEPS[STEPS.len() - 1], plan.options.error_share);
     let unknown = Trial { steps, error: f64::NAN, error_share, ..Trial::default() };
     Ok(good.unwrap_or(&unknown).choice(plan, &trials, false))
+}
+
+/// Where no sample reaches its load: the fewest steps on which folds lie where the truth has them, within the tolerance.
+fn choose_by_folds(plan: &Plan, truth: &Truth) -> Result<PilotChoice, BackendError> {
+    let load = |of: &Solutions, at: usize| of.get(at, Quantity::LoadFraction);
+    let is_fold = |of: &Solutions, at: usize| of.status(at) == Status::Fold && load(of, at) > 0.0;
+    let was_seen = |at: &usize| truth.solutions.get(*at, Quantity::LoadFractionError) < FOLD_EVIDENCE;
+    let all = 0..truth.batch.sample_count();
+    let folds: Vec<usize> = all.filter(|at| is_fold(&truth.solutions, *at)).filter(was_seen).collect();
+    let mut trials: Vec<Trial> = Vec::new();
+    for steps in STEPS {
+        trials.push(Trial { steps, error: f64::NAN, error_share: plan.options.error_share, ..Trial::default() });
+        let ours = truth.answers(plan, steps, &folds)?;
+        let off = |at: &usize| (load(&ours, *at) / load(&truth.solutions, *at) - 1.0).abs();
+        let agrees = |at: &usize| is_fold(&ours, *at) && off(at) <= plan.options.tolerance;
+        if !folds.is_empty() && folds.iter().all(agrees) {
+            break;
+        }
+    }
+    Ok(trials[trials.len() - 1].choice(plan, &trials, false))
 }
 
 /// What a number of steps is worth, by comparison with the truth.

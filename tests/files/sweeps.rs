@@ -6,7 +6,7 @@ use rodsweep::backend::{Backend, BackendError, BackendInfo, Precision};
 use rodsweep::cpu::Cpu;
 use rodsweep::engines::cpu_f64;
 use rodsweep::input::read_scene;
-use rodsweep::model::{Batch, Plan, PlanOptions, Solutions, Status, Stepper};
+use rodsweep::model::{Batch, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
 use rodsweep::results::{ResultsError, TIPS_FILE, WORKSPACE_FILE, WORST_FILE, merge, read_parquet_table};
 use rodsweep::spec::{Shard, SweepSpec};
 use rodsweep::sweep::{Progress, RunOptions, SweepError, choose_steps};
@@ -447,6 +447,31 @@ fn the_pilot_keeps_what_derivatives_must() {
     let without = spec.plan(PlanOptions::default()).unwrap();
     let without = Plan::new(&without.scene, &without.axes, &[], without.options).unwrap();
     assert_eq!(choose_steps(&without, &spec.sampler(), &cpu_f64).unwrap().derivative_error, None);
+}
+
+/// Where a sweep lies past its folds, steps are enough that tell where the folds are; more would only take time.
+#[test]
+fn the_pilot_goes_by_folds_where_nothing_else_is_there() {
+    let text = "scene = \"guidewire.scene.toml\"\n[sampling]\nmethod = \"uniform\"\nsamples = 48\n\
+        [[axis]]\nparameter = \"magnets.arm.position.x\"\nfrom = -0.057312\nto = -0.056312\n\
+        [[axis]]\nparameter = \"magnets.arm.position.z\"\nfrom = 0.051598\nto = 0.051698\n\
+        [[axis]]\nparameter = \"insertion\"\nfrom = 0.037887\nto = 0.037987\n";
+    let spec = SweepSpec::parse(&crate::common::root().join("tests/data/jumps/folds.toml"), text).unwrap();
+    let plan = spec.plan(PlanOptions::default()).unwrap();
+    let choice = choose_steps(&plan, &spec.sampler(), &cpu_f64).unwrap();
+    assert!(!choice.reached && choice.compared == 0 && choice.steps <= 32, "{choice:?}");
+    let sampler = spec.sampler();
+    let batch = plan.batch(48, |row, values| sampler.values(row as u64, values));
+    let solve = |steps: usize| {
+        let plan = plan.with_options(PlanOptions { steps, ..plan.options });
+        cpu_f64(&plan).unwrap().solve(&batch).unwrap()
+    };
+    let (ours, finest) = (solve(choice.steps), solve(128));
+    for row in 0..48 {
+        assert_eq!((ours.status(row), finest.status(row)), (Status::Fold, Status::Fold), "row {row}");
+        let [a, b] = [&ours, &finest].map(|of| of.get(row, Quantity::LoadFraction));
+        assert!((a / b - 1.0).abs() < 5e-6, "row {row}: {a} {b}");
+    }
 }
 
 #[test]
