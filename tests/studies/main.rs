@@ -29,6 +29,7 @@ mod wall_figures;
 mod wall_fit;
 mod wall_sensitivity;
 mod wall_workspace;
+mod workspace_fields;
 mod workspace_figures;
 mod workspace_golden;
 mod workspace_shapes;

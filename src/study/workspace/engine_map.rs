@@ -343,7 +343,7 @@ impl Solver {
         Ok(Solver { backend: engine.make(&plan)?, rods: plan.clone(), plan })
     }
 
-    /// Where the load at the base is known whole, as in a field that varies, a search begins there.
+    /// Where rows tell the load at the base whole, as in a field that varies, Newton's method begins there, on the fine grid alone.
     fn near(rods: Plan, engine: &Engine) -> Result<Solver, BackendError> {
         let plan = if rods.options.base_force { rods.with_near_starts() } else { rods.with_lone_starts() };
         Ok(Solver { backend: engine.make(&plan)?, rods, plan })

@@ -28,6 +28,9 @@ const HARDLY_OF_A_QUERY: f64 = 1e-4;
 /// What a step in vain makes of the next one's length, and the shortest.
 const SHORTENED: f64 = 0.3;
 const SHORTEST: f64 = 0.05;
+/// Neighbours that are quickly found, and only where the step is short, are followed by up to so many steps, and shorter ones.
+const MOST_STEPS_ALONG: usize = 100;
+const SHORTEST_ALONG: f64 = 0.005;
 /// Searches that are done together on one thread.
 pub(super) const GRAIN: usize = 64;
 /// A tip this near to another, over the edge of a voxel, is the same.
@@ -49,6 +52,8 @@ pub(super) struct Aim {
     /// A point is reached where so much is missing (m).
     pub tolerance: f64,
     pub most_steps: usize,
+    /// Over the whole step: a search ends where its steps would be shorter.
+    pub shortest: f64,
     /// A step that promises less than this share of what is missing ends the search.
     pub hardly: f64,
     /// Whether inputs that the strongest directions leave open go towards their middle: of all parallel sheets of a
@@ -62,6 +67,7 @@ impl Aim {
     /// For the voxels of a workspace.
     pub(super) fn voxels(map: &dyn TipMap, dimension: usize, edge: f64, branch: Branch, minimum_margin: f64) -> Aim {
         let tolerance = ARRIVED * edge;
+        let along = branch == Branch::Neighbour && map.near_is_quick();
         Aim {
             input_count: map.input_count(),
             dimension,
@@ -69,7 +75,8 @@ impl Aim {
             branch,
             minimum_margin,
             tolerance,
-            most_steps: MOST_STEPS,
+            most_steps: if along { MOST_STEPS_ALONG } else { MOST_STEPS },
+            shortest: if along { SHORTEST_ALONG } else { SHORTEST },
             hardly: HARDLY,
             relaxes: false,
             walks: branch == Branch::FromRest && map.near_is_quick(),
@@ -221,7 +228,7 @@ impl Search {
             // Whether a foot point lies in the voxel is for the caller to say.
             true if aim.dimension < 3 => Some(if self.is_at_edge(aim, step) { End::AtLimit } else { End::Reached }),
             true => Some(at_nearest),
-            false if self.steps >= aim.most_steps || self.share < SHORTEST => {
+            false if self.steps >= aim.most_steps || self.share < aim.shortest => {
                 Some(if self.is_broken { End::OffBranch } else { End::Stuck })
             }
             false => None,
