@@ -28,8 +28,9 @@ const HARDLY_OF_A_QUERY: f64 = 1e-4;
 /// What a step in vain makes of the next one's length, and the shortest.
 const SHORTENED: f64 = 0.3;
 const SHORTEST: f64 = 0.05;
-/// Neighbours that are quickly found, and only where the step is short, are followed by up to so many steps, and shorter ones.
+/// Most steps of a search along stable neighbours that are quick to find: they are found by short steps alone.
 const MOST_STEPS_ALONG: usize = 100;
+/// The shortest of these steps, over the whole one.
 const SHORTEST_ALONG: f64 = 0.005;
 /// Searches that are done together on one thread.
 pub(super) const GRAIN: usize = 64;
@@ -154,7 +155,7 @@ pub(super) struct Search {
     /// Whether the trial stands, to be solved from rest after its neighbour led nowhere; this is done once.
     repeats: bool,
     has_repeated: bool,
-    /// What is known of the voxel already: an end that is no better is not certified.
+    /// The best end of earlier searches for this voxel, and the distance that was missing (m). An end that is no better is not certified.
     pub known: Option<(End, f64)>,
 }
 

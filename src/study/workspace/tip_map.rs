@@ -41,9 +41,9 @@ pub struct Tip {
     pub normal_force: f64,
     /// By each input over half its range: of the position (m).
     pub jacobian: [Vector; MOST_INPUTS],
-    /// By each input over half its range: of the moment (N·m) and of the force (N) at the base. Zero where nobody asked.
+    /// Derivatives of the moment at the base by each input over half its range (N·m). Zero where nobody asked.
     pub moment_rates: [Vector; MOST_INPUTS],
-    /// See `moment_rates`.
+    /// Derivatives of the force at the base by each input over half its range (N). Zero where nobody asked.
     pub force_rates: [Vector; MOST_INPUTS],
 }
 

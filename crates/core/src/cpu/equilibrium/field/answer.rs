@@ -324,7 +324,7 @@ fn write_rows<L: Lane>(
             // What is inserted lies proximal to the former base.
             let inserted = parameters.sources.insertion[k];
             let (dm0, dn0) = (change.1 - slope.0 * inserted, change.0 - slope.1 * inserted);
-            // Curvature beyond rigid segments; without those the force follows at once.
+            // The fourth row holds the curvature beyond rigid segments. Without such segments it holds the force at the base.
             let mut fourth = dn0;
             if program.first_beyond_rigid.is_some() {
                 fourth = workspace.first.by_parameters[three][k] + workspace.first.moved(change);
