@@ -139,7 +139,9 @@ fn check(name: &str) {
     let expected: Value = serde_json::from_str(&expected).expect("JSON");
     let spec = SweepSpec::read(&folder.join("sweep.toml")).expect("the sweep reads");
     for precision in [Precision::F64, Precision::F32] {
-        for tolerance in TOLERANCES {
+        // In f32 nothing better than `F32_TOLERANCE` is asked of an engine, so the last two are one.
+        let different = if precision == Precision::F32 { &TOLERANCES[..2] } else { &TOLERANCES[..] };
+        for &tolerance in different {
             let spec = SweepSpec { tolerance, ..spec.clone() };
             let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
             let mut rows = Memory::new();

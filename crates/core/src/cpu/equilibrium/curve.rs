@@ -29,7 +29,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let one = zero.constant(1.0);
     let (share, trust) = (one.constant(CURVE_SHARE), one.constant(TRUST * pace));
     // The point accepted last, the tangent there, and half the second derivative behind it.
-    let (mut at, mut bend) = (rest, rest);
+    let (mut at, mut bend) = (rest, rest.times(zero));
     let rise = E::product(&metric, slope, slope).sqrt();
     let mut tangent = slope.times(one / rise);
     let mut step = first.min(one.constant(0.25)) * rise;
