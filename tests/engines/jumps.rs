@@ -204,7 +204,7 @@ fn a_box_around_a_scene_is_solved_whole() {
     }
 }
 
-/// What a row in f64 may be off by.
+/// The largest error of a tip in f64, over the rod's length, and the tolerance that its sweep asks for.
 const BOUND: f64 = 1e-7;
 
 /// One scene as a sweep of one row, so that it is solved as `run` solves.

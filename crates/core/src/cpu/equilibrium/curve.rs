@@ -15,13 +15,13 @@ use crate::model::tolerances::{
 /// Farther than any curve goes.
 const FAR: f64 = 1e9;
 
-/// Follows the curve to where its load turns. `slope` is its direction at rest, by the load fraction; its first load step is
+/// Follows the curve from a point to where its load turns. `slope` is its direction there, by the load fraction; its first load step is
 /// `first` at most, corrections are trusted at this pace, and it takes at most `limit` passes. Where the load would be full at the next
 /// point, that point is looked for under the full load, if `E` arrives; else the lane ends there without a fold.
 #[inline(always)]
 pub fn follow_curve<L: Lane, E: Equations<L>>(
     equations: &mut E,
-    (rest, slope, mut metric): (E::Point, E::Point, E::Metric),
+    (from, slope, mut metric): (E::Point, E::Point, E::Metric),
     (first, pace, limit): (L, f64, f64),
     wanted: L::Mask,
 ) -> CurveEnd<L, E::Point> {
@@ -29,7 +29,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let one = zero.constant(1.0);
     let (share, trust) = (one.constant(CURVE_SHARE), one.constant(TRUST * pace));
     // The point accepted last, the tangent there, and half the second derivative behind it.
-    let (mut at, mut bend) = (rest, rest.times(zero));
+    let (mut at, mut bend) = (from, from.times(zero));
     let rise = E::product(&metric, slope, slope).sqrt();
     let mut tangent = slope.times(one / rise);
     let mut step = first.min(one.constant(0.25)) * rise;
@@ -45,7 +45,7 @@ pub fn follow_curve<L: Lane, E: Equations<L>>(
     let smallest = one.constant(if sharp { SMALLEST_SHARP_ARC } else { SMALLEST_ARC });
     // The next point is about where the load is full: beyond it there is nothing to look for.
     let (mut failed, mut landing, mut reached) = (!wanted, one.lt(zero), one.lt(zero));
-    let mut turn = Turn::new(rest);
+    let mut turn = Turn::new(from);
     loop {
         let active = !(failed | reached | turn.found | turn.crossing);
         if !L::any(active) {
