@@ -370,7 +370,24 @@ pub(crate) fn can_answer_again(plan: &Plan) -> bool {
 ///
 /// A plan that the engine does not model.
 pub fn answer_on_finer_steps(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
-    let plan = for_second_attempt(plan);
+    answer_by(&for_second_attempt(plan))
+}
+
+/// The resolution of the finer attempt, for the same.
+///
+/// # Errors
+///
+/// A plan that the engine does not model.
+pub fn answer_on_finest_steps(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    answer_by(&for_finer_attempt(plan))
+}
+
+/// The CPU engine in f64 for searches that start near an equilibrium of another grid.
+///
+/// # Errors
+///
+/// A plan that the engine does not model.
+pub(crate) fn answer_by(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
     let plan = plan.with_options(PlanOptions { fold_rows: false, ..plan.options });
     cpu_f64(&plan.with_near_starts())
 }
@@ -381,8 +398,12 @@ pub fn answer_on_finer_steps(plan: &Plan) -> Result<Box<dyn Backend>, BackendErr
 ///
 /// A plan that the engine does not model.
 pub fn finer_attempt(plan: &Plan) -> Result<Box<dyn Backend>, BackendError> {
+    cpu_f64(&for_finer_attempt(plan))
+}
+
+fn for_finer_attempt(plan: &Plan) -> Plan {
     let plan = for_second_attempt(plan);
-    cpu_f64(&plan.with_options(PlanOptions { refinement: FINER, ..plan.options }))
+    plan.with_options(PlanOptions { refinement: FINER, ..plan.options })
 }
 
 /// Length of the steps of a second path, and of the corrections that it trusts, over those of the first.

@@ -12,8 +12,8 @@ use super::sink::RowSink;
 use super::summary::Summary;
 use crate::backend::{Backend, BackendError, BackendFactory, BackendKind, Precision};
 use crate::engines::{
-    Engine, EngineRequest, answer_on_finer_steps, can_answer_again, cpu_f64, finer_attempt, for_second_path,
-    second_attempt, witness,
+    Engine, EngineRequest, answer_on_finer_steps, answer_on_finest_steps, can_answer_again, cpu_f64, finer_attempt,
+    for_second_path, second_attempt, witness,
 };
 use crate::model::{Plan, PlanOptions};
 use crate::reference::energy;
@@ -362,6 +362,7 @@ impl<'a> PreparedSweep<'a> {
         // The reference has followed its paths twice: no other engine overrules it.
         let is_reference = engine.kind() == BackendKind::Reference;
         options.answer = self.plan.options.base_force.then_some(&answer_on_finer_steps);
+        options.finest_answer = self.plan.options.base_force.then_some(&answer_on_finest_steps);
         options.refiners = if is_reference { Vec::new() } else { vec![&second_attempt, &trusted] };
         options.finer = (!is_reference).then_some(&finer_attempt);
         let all = job.path_check == Some(PathCheckOptions::All);

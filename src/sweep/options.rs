@@ -40,6 +40,8 @@ pub struct RunOptions<'a> {
     pub settle: Option<BackendFactory<'a>>,
     /// Solves doubtful samples on finer steps, each from the load at its own base; its plan is of searches.
     pub answer: Option<BackendFactory<'a>>,
+    /// The same on finer steps still, for samples for which that is not enough.
+    pub finest_answer: Option<BackendFactory<'a>>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,
     /// Tried on samples whose error estimate misses the tolerance after the first of these.
@@ -100,6 +102,7 @@ impl<'a> RunOptions<'a> {
             rows_written: None,
             settle: None,
             answer: None,
+            finest_answer: None,
             refiners: Vec::new(),
             finer: None,
             search: None,

@@ -4,10 +4,10 @@ use super::check::distribution;
 use super::columns::ColumnScales;
 use crate::backend::BackendError;
 use crate::backend::BackendFactory;
-use crate::engines::for_second_attempt;
+use crate::engines::{answer_by, can_answer_again, for_second_attempt};
 use crate::model::rotation_angle;
 use crate::model::tolerances::{FOLD_EVIDENCE, limp_growth};
-use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Status, Stepper};
+use crate::model::{Batch, DerivativeScale, Plan, PlanOptions, Quantity, Solutions, Start, Status, Stepper};
 use crate::results::PilotChoice;
 use crate::spec::Sampler;
 use crate::spec::Selection;
@@ -30,6 +30,8 @@ const AGREEMENT: f64 = 0.02;
 const MOST_DOUBT: f64 = 0.2;
 /// Tips are never asked to agree better, nor is a smaller error measured.
 const ROUND_OFF: f64 = 1e-12;
+/// A sample whose last two grids are further apart is led from rest on the next one.
+const NEAR: f64 = 1e-3;
 /// The truth takes at least so many times the steps of what is measured against it.
 const TRUTH_LEAD: usize = 2;
 /// What is asked of it at least.
@@ -72,13 +74,12 @@ pub fn choose_method(
     let others: &[Stepper] = if all_by_nodes(plan, &batch) { &[] } else { others };
     for stepper in others {
         let plan = plan.with_options(PlanOptions { stepper: *stepper, ..plan.options });
+        if best.reached {
+            best = cheapest(&plan, &mut truth, &mut Vec::new(), best.work)?.unwrap_or(best);
+            continue;
+        }
         let choice = choose_against(&plan, &mut truth)?;
-        let is_better = match (choice.reached, best.reached) {
-            (true, true) => choice.work < best.work,
-            (false, false) => choice.error < best.error,
-            (reached, _) => reached,
-        };
-        if is_better {
+        if choice.reached || choice.error < best.error {
             best = choice;
         }
     }
@@ -166,9 +167,9 @@ impl<'a> Truth<'a> {
         let Some(&refinement) = TRUTH_REFINEMENTS.get(self.grids) else { return Ok(false) };
         let (plan, usual) = (self.plan, self.plan.options);
         let tolerance = usual.tolerance.min(TRUTH_TOLERANCE);
-        let (stepper, steps) = (Stepper::Dop853, TRUTH_STEPS);
-        let options = PlanOptions { stepper, steps, refinement, tolerance, ..usual };
-        let finer = (self.factory)(&plan.with_options(options))?.solve(self.batch)?;
+        let (stepper, steps, base_force) = (Stepper::Dop853, TRUTH_STEPS, can_answer_again(plan));
+        let options = PlanOptions { stepper, steps, refinement, tolerance, base_force, ..usual };
+        let finer = self.next_grid(&plan.with_options(options))?;
         let coarser = std::mem::replace(&mut self.solutions, finer);
         if self.grids > 0 {
             let scales = ColumnScales::of_each(plan, &self.solutions);
@@ -179,51 +180,131 @@ impl<'a> Truth<'a> {
         Ok(true)
     }
 
+    /// All samples on the next grid. Where the grids before it were led to the same equilibrium, Newton's method starts from the last
+    /// answer. It counts where it comes closer to that than these were to each other. All else is led from rest.
+    fn next_grid(&self, plan: &Plan) -> Result<Solutions, BackendError> {
+        let last = &self.solutions;
+        let is_led = |at: &usize| self.grids > 1 && self.doubt[*at].0 < NEAR;
+        let mut all = self.answers_nearby(plan, &self.known().into_iter().filter(is_led).collect::<Vec<_>>())?;
+        let scales = ColumnScales::of_each(plan, last);
+        let index = |of: &Solutions, at: usize| of.get(at, Quantity::StabilityIndex);
+        let off = |at: usize| apart(plan, self.batch, &scales, (last, &all), at).0;
+        let is_same = |at: usize| index(&all, at) == index(last, at) && off(at) <= self.doubt[at].0.max(ROUND_OFF);
+        let is_answered = |at: &usize| all.status(*at).is_success() && is_same(*at);
+        let left: Vec<usize> = (0..self.batch.sample_count()).filter(|at| !is_answered(at)).collect();
+        self.answer_from_rest(plan, &left, &mut all)?;
+        Ok(all)
+    }
+
     /// Samples whose answers are known.
     fn known(&self) -> Vec<usize> {
         let is_known = |at: &usize| self.solutions.status(*at).is_success() && self.doubt[*at].0.is_finite();
         (0..self.batch.sample_count()).filter(is_known).collect()
     }
 
-    /// Answers of a plan with other options to some of the samples.
-    fn solve(&self, plan: &Plan, options: PlanOptions, samples: &[usize]) -> Result<Solutions, BackendError> {
-        (self.factory)(&plan.with_options(options))?.solve(&self.batch.gathered(samples))
-    }
-
-    /// On so many steps, with estimates that are bare differences, in the samples' own rows; others stay pending.
-    fn answers(&self, plan: &Plan, steps: usize, samples: &[usize]) -> Result<Solutions, BackendError> {
-        let bare = DerivativeScale::BARE;
-        let options = PlanOptions { steps, error_share: 1.0, error_floor: 0.0, derivative_scale: bare, ..plan.options };
-        let rows = self.solve(plan, options, samples)?;
+    /// Rows of all samples, none of them solved.
+    fn pending(&self, plan: &Plan) -> Solutions {
         let mut all = Solutions::new(plan, self.batch.sample_count());
         (0..self.batch.sample_count()).for_each(|sample| all.set_status(sample, Status::Pending));
-        samples.iter().enumerate().for_each(|(row, sample)| all.copy_row(*sample, &rows, row));
+        all
+    }
+
+    /// Leads some of the samples from rest, into their own rows.
+    fn answer_from_rest(&self, plan: &Plan, samples: &[usize], all: &mut Solutions) -> Result<(), BackendError> {
+        if !samples.is_empty() {
+            let rows = (self.factory)(plan)?.solve(&self.batch.gathered(samples))?;
+            samples.iter().enumerate().for_each(|(row, sample)| all.copy_row(*sample, &rows, row));
+        }
+        Ok(())
+    }
+
+    /// Answers to some of the samples by Newton's method from the truth, in their own rows; others stay pending.
+    fn answers_nearby(&self, plan: &Plan, samples: &[usize]) -> Result<Solutions, BackendError> {
+        let mut all = self.pending(plan);
+        let truth = &self.solutions;
+        let force = |at: usize| truth.base_force(at).filter(|force| force.iter().all(|x| x.is_finite()));
+        let start = |at: &usize| {
+            let m0 = truth.vector(*at, Quantity::BaseMoment);
+            force(*at).map(|n0| Start { sample: *at, m0, n0: Some(n0), known: &[] })
+        };
+        let starts: Vec<Start> = samples.iter().filter_map(start).collect();
+        if can_answer_again(plan) && !starts.is_empty() {
+            let rows = answer_by(plan)?.solve(&plan.start_batch(self.batch, &starts))?;
+            starts.iter().enumerate().for_each(|(row, start)| all.copy_row(start.sample, &rows, row));
+        }
         Ok(all)
+    }
+
+    /// A plan on so many steps, with estimates that are bare differences.
+    fn bare(plan: &Plan, steps: usize) -> Plan {
+        let derivative_scale = DerivativeScale::BARE;
+        plan.with_options(PlanOptions { steps, error_share: 1.0, error_floor: 0.0, derivative_scale, ..plan.options })
+    }
+
+    /// Tries a plan on so many steps by answers near the truth, where the field varies.
+    fn trial_nearby(&mut self, plan: &Plan, steps: usize) -> Result<Option<Trial>, BackendError> {
+        if !can_answer_again(plan) {
+            return Ok(None);
+        }
+        self.lead(steps)?;
+        let ours = self.answers_nearby(&Truth::bare(plan, steps), &self.known())?;
+        Ok(Some(Trial { extent: Extent::Nearby, ..Trial::new(plan, self.batch, steps, &ours, self) }))
     }
 
     /// Tries a plan on so many steps. A trial whose first few samples show that the tolerances will be missed is of those alone.
     fn trial(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
         self.lead(steps)?;
-        let known = self.known();
-        if known.len() > FEW {
-            let few: Vec<usize> = (0..FEW).map(|k| known[k * known.len() / FEW]).collect();
-            let trial = Trial::new(plan, self.batch, steps, &self.answers(plan, steps, &few)?, self);
-            if trial.is_hopeless(&plan.options, known.len()) {
-                return Ok(Trial { is_of_few: true, ..trial });
+        let mut left = self.known();
+        let mut ours = self.pending(plan);
+        if left.len() > FEW {
+            let few: Vec<usize> = (0..FEW).map(|k| left[k * left.len() / FEW]).collect();
+            self.answer_from_rest(&Truth::bare(plan, steps), &few, &mut ours)?;
+            let trial = Trial::new(plan, self.batch, steps, &ours, self);
+            if trial.is_hopeless(&plan.options, left.len()) {
+                return Ok(Trial { extent: Extent::Few, ..trial });
             }
+            left.retain(|at| !few.contains(at));
         }
-        self.trial_of_all(plan, steps)
+        self.answer_from_rest(&Truth::bare(plan, steps), &left, &mut ours)?;
+        self.measured(plan, steps, &ours)
     }
 
-    /// Tries a plan on so many steps by every known sample. The truth is refined while its doubt makes up much of the measured error.
+    /// Tries a plan on so many steps by every known sample, from rest.
     fn trial_of_all(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
         self.lead(steps)?;
-        let ours = self.answers(plan, steps, &self.known())?;
-        let mut trial = Trial::new(plan, self.batch, steps, &ours, self);
+        let mut ours = self.pending(plan);
+        self.answer_from_rest(&Truth::bare(plan, steps), &self.known(), &mut ours)?;
+        self.measured(plan, steps, &ours)
+    }
+
+    /// What answers are worth. The truth is refined while its doubt makes up much of the measured error.
+    fn measured(&mut self, plan: &Plan, steps: usize, ours: &Solutions) -> Result<Trial, BackendError> {
+        let mut trial = Trial::new(plan, self.batch, steps, ours, self);
         while trial.meets(&plan.options) && trial.is_drowned() && self.refine()? {
-            trial = Trial::new(plan, self.batch, steps, &ours, self);
+            trial = Trial::new(plan, self.batch, steps, ours, self);
         }
         Ok(trial)
+    }
+
+    /// The choice of a trial, its work with second attempts. A sample takes one if its error estimate is above the tolerance. The estimate
+    /// is a bare difference times the choice's share, and terms that this leaves as they are. Where both bounds of that leave it open
+    /// the sample is solved once more.
+    fn choice(&self, plan: &Plan, trial: &Trial, trials: &[Trial]) -> Result<PilotChoice, BackendError> {
+        let mut choice = trial.choice(plan, trials, true);
+        let (tolerance, share) = (plan.options.tolerance, choice.error_share);
+        let is_doubtful = |(_, bare): &&(usize, f64)| bare * share.min(1.0) > tolerance;
+        let is_open = |sample: &&(usize, f64)| sample.1 * share.max(1.0) > tolerance && !is_doubtful(sample);
+        let open: Vec<usize> = trial.bare_estimates.iter().filter(is_open).map(|(at, _)| *at).collect();
+        let chosen = plan.with_options(choice.options(plan));
+        let mut rows = self.answers_nearby(&chosen, &open)?;
+        let is_solved = |rows: &Solutions, at: &usize| rows.status(*at).is_success();
+        let left: Vec<usize> = open.iter().copied().filter(|at| !is_solved(&rows, at)).collect();
+        self.answer_from_rest(&chosen, &left, &mut rows)?;
+        let is_above = |at: &&usize| is_solved(&rows, at) && rows.get(**at, Quantity::ErrorEstimate) > tolerance;
+        let doubtful = trial.bare_estimates.iter().filter(is_doubtful).count() + open.iter().filter(is_above).count();
+        let share = doubtful as f64 / trial.bare_estimates.len().max(1) as f64;
+        choice.work += stages(&for_second_attempt(plan)) as f64 * share;
+        Ok(choice)
     }
 
     fn agrees(&self) -> bool {
@@ -279,28 +360,10 @@ fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, Backend
         return choose_by_folds(plan, truth);
     }
     let mut trials: Vec<Trial> = Vec::new();
-    let mut best: Option<PilotChoice> = None;
-    let again = stages(&for_second_attempt(plan)) as f64;
-    for steps in STEPS {
-        let at = plan.with_options(PlanOptions { steps, ..plan.options });
-        if best.as_ref().is_some_and(|best| best.work <= stages(&at) as f64) {
-            break;
-        }
-        trials.push(truth.trial(plan, steps)?);
-        let last = &trials[trials.len() - 1];
-        if last.meets(&plan.options) {
-            let mut choice = last.choice(plan, &trials, true);
-            let rows = truth.solve(plan, choice.options(plan), &truth.known())?;
-            choice.work += again * doubtful_share(&rows, plan.options.tolerance);
-            if best.as_ref().is_none_or(|best| choice.work < best.work) {
-                best = Some(choice);
-            }
-        }
-    }
-    if let Some(best) = best {
+    if let Some(best) = cheapest(plan, truth, &mut trials, f64::INFINITY)? {
         return Ok(best);
     }
-    for trial in trials.iter_mut().filter(|trial| trial.is_of_few) {
+    for trial in trials.iter_mut().filter(|trial| trial.extent == Extent::Few) {
         *trial = truth.trial_of_all(plan, trial.steps)?;
     }
     let known = || trials.iter().filter(|trial| trial.compared > 0);
@@ -311,9 +374,45 @@ fn choose_against(plan: &Plan, truth: &mut Truth) -> Result<PilotChoice, Backend
             && trial.derivative_error <= (2.0 * least_of_columns).max(plan.options.derivative_tolerance)
     };
     let good = known().find(is_good);
+    let led = match good.filter(|trial| trial.extent == Extent::Nearby) {
+        Some(trial) => Some(truth.trial_of_all(plan, trial.steps)?),
+        None => None,
+    };
+    let good = led.as_ref().filter(|trial| trial.compared > 0).or(good);
     let (steps, error_share) = (STEPS[STEPS.len() - 1], plan.options.error_share);
     let unknown = Trial { steps, error: f64::NAN, error_share, ..Trial::default() };
     Ok(good.unwrap_or(&unknown).choice(plan, &trials, false))
+}
+
+/// The choice that takes the least work of those that meet the tolerances, if it takes less than `most`; and all trials on the way to it.
+fn cheapest(
+    plan: &Plan,
+    truth: &mut Truth,
+    trials: &mut Vec<Trial>,
+    mut most: f64,
+) -> Result<Option<PilotChoice>, BackendError> {
+    let mut best = None;
+    for steps in STEPS {
+        if stages(&plan.with_options(PlanOptions { steps, ..plan.options })) as f64 >= most {
+            break;
+        }
+        let meets = |trial: &Trial| trial.meets(&plan.options);
+        let trial = match truth.trial_nearby(plan, steps)? {
+            Some(trial) if !meets(&trial) || truth.choice(plan, &trial, trials)?.work >= most => trial,
+            Some(_) => truth.trial_of_all(plan, steps)?,
+            None => truth.trial(plan, steps)?,
+        };
+        trials.push(trial);
+        let last = &trials[trials.len() - 1];
+        if meets(last) && last.extent == Extent::All {
+            let choice = truth.choice(plan, last, trials)?;
+            if choice.work < most {
+                most = choice.work;
+                best = Some(choice);
+            }
+        }
+    }
+    Ok(best)
 }
 
 /// Where no sample reaches its load: the fewest steps on which folds lie where the truth has them, within the tolerance.
@@ -326,7 +425,8 @@ fn choose_by_folds(plan: &Plan, truth: &Truth) -> Result<PilotChoice, BackendErr
     let mut trials: Vec<Trial> = Vec::new();
     for steps in STEPS {
         trials.push(Trial { steps, error: f64::NAN, error_share: plan.options.error_share, ..Trial::default() });
-        let ours = truth.answers(plan, steps, &folds)?;
+        let mut ours = truth.pending(plan);
+        truth.answer_from_rest(&Truth::bare(plan, steps), &folds, &mut ours)?;
         let off = |at: &usize| (load(&ours, *at) / load(&truth.solutions, *at) - 1.0).abs();
         let agrees = |at: &usize| is_fold(&ours, *at) && off(at) <= plan.options.tolerance;
         if !folds.is_empty() && folds.iter().all(agrees) {
@@ -356,15 +456,21 @@ struct Trial {
     columns: (f64, f64),
     /// Samples whose derivatives are off by more than is allowed.
     beyond: usize,
-    /// Whether the trial solved only its first few samples, since these missed the tolerances.
-    is_of_few: bool,
+    /// Samples that are solved, with their bare error estimates.
+    bare_estimates: Vec<(usize, f64)>,
+    extent: Extent,
 }
 
-/// Of the samples that are solved, those whose error estimate is above the tolerance.
-fn doubtful_share(rows: &Solutions, tolerance: f64) -> f64 {
-    let solved: Vec<usize> = (0..rows.sample_count()).filter(|at| rows.status(*at).is_success()).collect();
-    let is_doubtful = |at: &&usize| rows.get(**at, Quantity::ErrorEstimate) > tolerance;
-    solved.iter().filter(is_doubtful).count() as f64 / solved.len().max(1) as f64
+/// Which samples a trial has answered, and how.
+#[derive(Default, PartialEq)]
+enum Extent {
+    /// Every known one, from rest.
+    #[default]
+    All,
+    /// Every known one near the truth alone: these missed the tolerances.
+    Nearby,
+    /// The first few alone, from rest: these missed the tolerances.
+    Few,
 }
 
 impl Trial {
@@ -392,6 +498,7 @@ impl Trial {
         let derivative_scale = derivative_scale(&columns, &bare);
         let doubts = distribution(samples.iter().map(|at| truth.doubt[*at].1).collect());
         let middle = (distribution(columns.clone()).median, doubts.median);
+        let bare_estimates = samples.iter().map(|at| (*at, ours.get(*at, Quantity::ErrorEstimate))).collect();
         let beyond = columns.iter().filter(|error| **error > plan.options.derivative_tolerance).count();
         let derivative_error = distribution(columns).p95;
         let (compared, error_share) = (samples.len(), share.unwrap_or(plan.options.error_share));
@@ -405,7 +512,8 @@ impl Trial {
             derivative_scale,
             columns: middle,
             beyond,
-            is_of_few: false,
+            bare_estimates,
+            extent: Extent::All,
         }
     }
 

@@ -15,7 +15,7 @@ const MAX_BATCH: usize = 1 << 17;
 const NEAR: f64 = 1e-4;
 
 /// The rungs after the engine's own.
-pub const ATTEMPTS: [LadderLine; 5] = [
+pub const ATTEMPTS: [LadderLine; 6] = [
     LadderLine {
         rung: "doubt settled in f64",
         samples: "rows of a GPU in f32 whose error estimate is above the tolerance",
@@ -24,6 +24,11 @@ pub const ATTEMPTS: [LadderLine; 5] = [
     LadderLine {
         rung: "answer on finer steps",
         samples: "rows in f64 in a field that varies whose error estimate is above the tolerance, but below 1e-4: from the load at their own base",
+        decides: "`refined`",
+    },
+    LadderLine {
+        rung: "answer on finest steps",
+        samples: "the same where that is not enough, and rows of second attempts",
         decides: "`refined`",
     },
     LadderLine {
@@ -38,7 +43,7 @@ pub const ATTEMPTS: [LadderLine; 5] = [
     },
     LadderLine {
         rung: "finer steps",
-        samples: "rows whose error estimate is still above the tolerance",
+        samples: "rows of the two rungs before whose error estimate is still above the tolerance",
         decides: "`refined`",
     },
 ];
@@ -47,6 +52,7 @@ pub const ATTEMPTS: [LadderLine; 5] = [
 pub(crate) struct Refiners<'a> {
     settle: Option<Stage<'a>>,
     answer: Option<Stage<'a>>,
+    finest_answer: Option<Stage<'a>>,
     finer: Option<Stage<'a>>,
     stages: Vec<Stage<'a>>,
     pub attempts: u64,
@@ -139,18 +145,20 @@ impl<'a> Refiners<'a> {
             let account = RungCount { rung: rung.into(), ..RungCount::default() };
             Stage { factory, backend: None, account }
         };
-        let [settled, answered, second, reference, finer] = ATTEMPTS.map(|line| line.rung);
+        let [settled, answered, finest_answered, second, reference, finer] = ATTEMPTS.map(|line| line.rung);
         let names = [second, reference].into_iter().chain(std::iter::repeat(reference));
         let stages = options.refiners.iter().zip(names).map(|(factory, name)| stage(*factory, name)).collect();
         let settle = options.settle.map(|factory| stage(factory, settled));
         let answer = options.answer.map(|factory| stage(factory, answered));
+        let finest_answer = options.finest_answer.map(|factory| stage(factory, finest_answered));
         let finer = options.finer.map(|factory| stage(factory, finer));
-        Refiners { settle, answer, finer, stages, attempts: 0, refined: 0 }
+        Refiners { settle, answer, finest_answer, finer, stages, attempts: 0, refined: 0 }
     }
 
     /// What each attempt after the engine's own has done, in order.
     pub fn rungs(&self) -> Vec<RungCount> {
-        let stages = self.settle.iter().chain(&self.answer).chain(&self.stages).chain(&self.finer);
+        let answers = self.answer.iter().chain(&self.finest_answer);
+        let stages = self.settle.iter().chain(answers).chain(&self.stages).chain(&self.finer);
         stages.map(|stage| stage.account.clone()).filter(|account| account.samples > 0).collect()
     }
 
@@ -171,11 +179,11 @@ impl<'a> Refiners<'a> {
         let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, |_| true, keeps)?;
         self.attempts += attempts;
         self.refined += settled;
-        self.answer_on_finer_steps(&samples, solutions)?;
+        let is_answered = self.answer_twice(&samples, solutions)?;
         for (number, stage) in self.stages.iter_mut().enumerate() {
             let has_failed = |at| !solutions.status(at).is_success() && !solutions.is_seen_fold(at);
             let is_doubtful = |at| number == 0 && !solutions.is_seen_fold(at) && samples.is_doubtful(solutions, at);
-            let needs = |at| has_failed(at) || is_doubtful(at);
+            let needs = |at| has_failed(at) || is_doubtful(at) && !is_answered[at];
             let left = samples.those(solutions, needs);
             self.attempts += left.len() as u64;
             stage.solve(&samples, &left, |again, from, to| {
@@ -198,46 +206,78 @@ impl<'a> Refiners<'a> {
             let keeps = |again: &Solutions, from, before| again.get(from, Quantity::ErrorEstimate) < before;
             // The finer attempt would give rows that this stage has not solved what they have.
             let touched = |at| left.binary_search(&at).is_ok();
-            self.attempts += relieve(&mut self.finer, &samples, solutions, touched, keeps)?.0;
+            let answers = answer(&mut self.finest_answer, &samples, solutions, touched)?;
+            let is_left = |at| touched(at) && !answers.is_answered(at);
+            self.attempts += answers.tried + relieve(&mut self.finer, &samples, solutions, is_left, keeps)?.0;
         }
         Ok(())
     }
 
-    /// Newton's method on finer steps, from the load at the base that a row has found. It counts where its error estimate keeps the
-    /// tolerance, both tips lie within both estimates, and both are stable or neither is.
-    fn answer_on_finer_steps(&mut self, samples: &Samples, solutions: &mut Solutions) -> Result<(), BackendError> {
-        let Some(stage) = &mut self.answer else { return Ok(()) };
-        let is_near = |at| solutions.get(at, Quantity::ErrorEstimate) < NEAR;
-        let has_base = |at| solutions.base_force(at).is_some_and(|force| force.iter().all(|x| x.is_finite()));
-        let is_doubtful = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
-        let needs = |at| is_doubtful(at) && is_near(at) && has_base(at);
-        let left = samples.those(solutions, needs);
-        if left.is_empty() {
-            return Ok(());
-        }
-        let plan = samples.plan;
-        let base = |at: &usize| (solutions.vector(*at, Quantity::BaseMoment), solutions.base_force(*at));
-        let bases: Vec<_> = left.iter().map(base).collect();
-        let batch = |group: &[usize]| {
-            let bases = &bases[left.partition_point(|at| *at < group[0])..];
-            let start = |(sample, (m0, n0)): (usize, &_)| Start { sample, m0: *m0, n0: *n0, known: &[] };
-            let starts: Vec<Start> = bases[..group.len()].iter().enumerate().map(start).collect();
-            plan.start_batch(&samples.gathered(group), &starts)
-        };
-        self.attempts += left.len() as u64;
-        let refined = &mut self.refined;
-        stage.solve_as(samples, &left, batch, |again, from, to| {
-            let estimates = solutions.get(to, Quantity::ErrorEstimate) + again.get(from, Quantity::ErrorEstimate);
-            let is_found = again.status(from).is_success() && !samples.is_doubtful(again, from);
-            let index = |of: &Solutions, at| of.get(at, Quantity::StabilityIndex);
-            let is_close = apart(plan, (solutions, to), (again, from)) <= estimates;
-            let is_same = index(solutions, to) == index(again, from) && is_close;
-            if is_found && is_same {
-                take_refined(solutions, to, again, from);
-                *refined += 1;
-            }
-        })
+    /// Answers doubtful samples on finer steps, and on finest steps those for which that is not enough. Tells which are answered: a second
+    /// attempt would solve them on the finer steps, too.
+    fn answer_twice(&mut self, samples: &Samples, solutions: &mut Solutions) -> Result<Vec<bool>, BackendError> {
+        let mut is_answered = vec![false; samples.batch.sample_count()];
+        let finer = answer(&mut self.answer, samples, solutions, |_| true)?;
+        let finest = answer(&mut self.finest_answer, samples, solutions, |at| finer.is_answered(at))?;
+        finer.answered.iter().for_each(|at| is_answered[*at] = true);
+        self.attempts += finer.tried + finest.tried;
+        self.refined += finer.answered.len() as u64;
+        Ok(is_answered)
     }
+}
+
+/// What came of answers from loads at bases.
+#[derive(Default)]
+struct Answers {
+    tried: u64,
+    /// Samples that have an answer, in order.
+    answered: Vec<usize>,
+}
+
+impl Answers {
+    fn is_answered(&self, at: usize) -> bool {
+        self.answered.binary_search(&at).is_ok()
+    }
+}
+
+/// Newton's method on the steps of a stage, from the load at the base that a row has found, for doubtful samples of those that it `may`. It
+/// counts where its error estimate is the smaller one, both tips lie within both estimates, and both are stable or neither is.
+fn answer(
+    stage: &mut Option<Stage>,
+    samples: &Samples,
+    solutions: &mut Solutions,
+    may: impl Fn(usize) -> bool,
+) -> Result<Answers, BackendError> {
+    let Some(stage) = stage else { return Ok(Answers::default()) };
+    let is_near = |at| solutions.get(at, Quantity::ErrorEstimate) < NEAR;
+    let has_base = |at| solutions.base_force(at).is_some_and(|force| force.iter().all(|x| x.is_finite()));
+    let is_doubtful = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
+    let needs = |at| may(at) && is_doubtful(at) && is_near(at) && has_base(at);
+    let left = samples.those(solutions, needs);
+    if left.is_empty() {
+        return Ok(Answers::default());
+    }
+    let plan = samples.plan;
+    let base = |at: &usize| (solutions.vector(*at, Quantity::BaseMoment), solutions.base_force(*at));
+    let bases: Vec<_> = left.iter().map(base).collect();
+    let batch = |group: &[usize]| {
+        let bases = &bases[left.partition_point(|at| *at < group[0])..];
+        let start = |(sample, (m0, n0)): (usize, &_)| Start { sample, m0: *m0, n0: *n0, known: &[] };
+        let starts: Vec<Start> = bases[..group.len()].iter().enumerate().map(start).collect();
+        plan.start_batch(&samples.gathered(group), &starts)
+    };
+    let mut answered = Vec::new();
+    stage.solve_as(samples, &left, batch, |again, from, to| {
+        let [before, now] = [(&*solutions, to), (again, from)].map(|(of, at)| of.get(at, Quantity::ErrorEstimate));
+        let index = |of: &Solutions, at| of.get(at, Quantity::StabilityIndex);
+        let is_close = apart(plan, (solutions, to), (again, from)) <= before + now;
+        let is_same = index(solutions, to) == index(again, from) && is_close;
+        if again.status(from).is_success() && now < before && is_same {
+            take_refined(solutions, to, again, from);
+            answered.push(to);
+        }
+    })?;
+    Ok(Answers { tried: left.len() as u64, answered })
 }
 
 /// Solves samples, of those that it `may`, whose only doubt is their error estimate on one stage more, if there is one. Replaces rows that it `keeps`,
