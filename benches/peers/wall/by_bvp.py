@@ -11,12 +11,13 @@ from rod import hat
 DERIVATIVES = "central differences"
 STATE = 10
 P, Q, M = slice(0, 3), slice(3, 7), slice(7, 10)
-# Step of the differences, in amperes.
-STEP = 1e-3
-NODES = 6
+# Steps of the differences, in amperes: the best is taken.
+STEPS = (1e-2, 1e-3, 1e-4, 1e-5)
+NODES = {"p6-tissue": 4, "p6-held": 6}
 # What is solved on the way to the last problem needs no accuracy.
-ROUGH = 0.1
-COMING = {"p6-tissue": (1.0,), "p6-held": (0.25, 0.5, 0.75, 1.0)}
+ROUGH = 1.0
+# Tau of the wall's coming. The held rod has other equilibria: with fewer steps some currents nearby end there.
+COMING = {"p6-tissue": (1.0,), "p6-held": tuple(np.arange(1, 9) / 8)}
 
 
 def products():
@@ -137,8 +138,9 @@ class Rod:
         return self.one(*guess, 1.0, currents, close, columns, tolerance)
 
     def solve(self, currents):
-        scene, x = self.scene, np.linspace(0, 1, NODES)
-        y = np.zeros((2 * STATE, NODES))
+        scene, nodes = self.scene, NODES[self.scene.name]
+        x = np.linspace(0, 1, nodes)
+        y = np.zeros((2 * STATE, nodes))
         y[3] = y[STATE + 3] = 1.0
         y[2], y[STATE + 2] = x * scene.lengths[0], scene.lengths[:2].sum() + x * scene.lengths[2]
         free = lambda p, f: f, (np.zeros((3, 3)), np.eye(3))
@@ -150,11 +152,11 @@ class Rod:
         self.at = at
         return at[2], at[1][STATE : STATE + 3, -1]
 
-    def derivatives(self, currents):
+    def derivatives(self, currents, step):
         columns = []
         for e in np.eye(3):
-            two = [self.touching(self.at, currents + side * STEP * e, 0.0, self.tolerance)[2] for side in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * STEP))
+            two = [self.touching(self.at, currents + side * step * e, 0.0, self.tolerance)[2] for side in (1, -1)]
+            columns.append((two[0] - two[1]) / (2 * step))
         return np.array(columns).T
 
 

@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 from rod import hat
 
 DERIVATIVES = "central differences"
-# Step of the differences, in amperes.
-STEP = 1e-3
+# Steps of the differences, in amperes: the best is taken.
+STEPS = (3e-2, 1e-2, 1e-3, 1e-4)
 
 
 def exponential(v):
@@ -100,10 +100,10 @@ class Rod:
         force = multipliers[:3] if scene.held else scene.tissue * self.x[-1] * scene.normal
         return force, self.tip(self.x)
 
-    def derivatives(self, currents):
+    def derivatives(self, currents, step):
         start, columns = self.x, []
         for e in np.eye(3):
-            two = [self.solve(currents + side * STEP * e, start)[0] for side in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * STEP))
+            two = [self.solve(currents + side * step * e, start)[0] for side in (1, -1)]
+            columns.append((two[0] - two[1]) / (2 * step))
         self.x = start
         return np.array(columns).T

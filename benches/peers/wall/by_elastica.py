@@ -10,11 +10,11 @@ import numba
 import numpy as np
 
 DERIVATIVES = "central differences"
-# Step of the differences, in amperes.
-STEP = 3e-3
-# Shear and stretch, over what bends: about the tube's own. Damping is a rate; times of the slowest free mode are 1.8.
-SHEAR, STEP_SHARE = 1e4, 0.45
-DAMPING = {"p6-tissue": 12.0, "p6-held": 12.0}
+# Steps of the differences, in amperes: the best is taken.
+STEPS = (1e-2,)
+# The stiffness of shear and stretch is over EI/L²; the tube's own is 1e4.
+# Time step over an element's time of travel, and damping rate; the slowest free mode takes a time of 1.8.
+STEP_SHARE, DAMPING = 0.45, 12.0
 COMING, WINDOW, MOST = 1.0, 0.2, 60.0
 # Steps between values that are looked at.
 SAMPLED = 10
@@ -82,8 +82,8 @@ class Held(ea.ConstraintBase):
 
 
 class Rod:
-    def __init__(self, scene, elements, tolerance):
-        self.scene, self.elements, self.tolerance = scene, elements, tolerance
+    def __init__(self, scene, elements, shear, tolerance):
+        self.scene, self.elements, self.shear, self.tolerance = scene, elements, shear, tolerance
 
     def build(self):
         scene = self.scene
@@ -111,7 +111,7 @@ class Rod:
             rod.bend_matrix[:, :, i] = np.diag(over[i] / compliance)
             rod.rest_kappa[:, i] = sum(b * scene.rest[k] for b, k in both) / over[i]
         for i in range(len(lengths)):
-            rod.shear_matrix[:, :, i] = SHEAR * np.eye(3)
+            rod.shear_matrix[:, :, i] = self.shear * np.eye(3)
             inertia = lengths[i] * min(piece) ** 2 / 4
             rod.mass_second_moment_of_inertia[:, :, i] = inertia * np.eye(3)
             rod.inv_mass_second_moment_of_inertia[:, :, i] = np.eye(3) / inertia
@@ -122,7 +122,7 @@ class Rod:
         self.weights[:, :-1] += weight.T / 2
         self.weights[:, 1:] += weight.T / 2
         self.base, self.clamp = positions[:, :2].copy(), rod.director_collection[:, :, 0].copy()
-        self.dt = STEP_SHARE * min(piece) / np.sqrt(SHEAR)
+        self.dt = STEP_SHARE * min(piece) / np.sqrt(self.shear)
         self.touching, self.shift, self.time = False, 0.0, 0.0
         self.system.append(rod)
         self.system.constrain(rod).using(
@@ -130,7 +130,7 @@ class Rod:
         )
         self.system.add_forcing_to(rod).using(Loads, self)
         self.system.dampen(rod).using(
-            ea.AnalyticalLinearDamper, uniform_damping_constant=DAMPING[scene.name], time_step=self.dt
+            ea.AnalyticalLinearDamper, uniform_damping_constant=DAMPING, time_step=self.dt
         )
         self.system.finalize()
         self.stepper = ea.PositionVerlet()
@@ -182,9 +182,10 @@ class Rod:
         self.noise = np.max(np.std(window, axis=0)) / np.linalg.norm(window.mean(0))
         return window[-1], self.tip()
 
-    def derivatives(self, currents):
+    def derivatives(self, currents, step):
         columns = []
         for e in np.eye(3):
-            two = [self.rest(currents + side * STEP * e)[0] for side in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * STEP))
+            two = [self.rest(currents + side * step * e)[0] for side in (1, -1)]
+            columns.append((two[0] - two[1]) / (2 * step))
+        self.rest(currents)
         return np.array(columns).T

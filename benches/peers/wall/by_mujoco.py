@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 DERIVATIVES = "central differences"
-# Step of the differences, in amperes.
-STEP = 3e-3
+# Steps of the differences, in amperes: the best is taken.
+STEPS = (1e-2, 1e-3, 1e-4)
 BALL, PAD, MASS = 0.02, 2.0, 1e-3
 # As stiff as the step takes them: a stiffer contact chatters, by half of its force.
 CONTACT = 'solref="0.05 1" solimp="0.99 0.99 0.001"'
@@ -148,9 +148,10 @@ class Rod:
         self.noise = np.max(np.std(window, axis=0)) / np.linalg.norm(window.mean(0))
         return window[-1], self.tip()
 
-    def derivatives(self, currents):
+    def derivatives(self, currents, step):
         columns = []
         for e in np.eye(3):
-            two = [self.rest(currents + side * STEP * e)[0] for side in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * STEP))
+            two = [self.rest(currents + side * step * e)[0] for side in (1, -1)]
+            columns.append((two[0] - two[1]) / (2 * step))
+        self.rest(currents)
         return np.array(columns).T

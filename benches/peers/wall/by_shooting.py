@@ -11,11 +11,12 @@ from scipy.optimize import fsolve
 
 from rod import hat
 
-DERIVATIVES = "columns"
+DERIVATIVES = "variational columns"
+STEPS = (None,)
 STATE, COLUMN = 15, 9
 # Tau of the wall's coming, after the free rod under growing loads.
-LOADS = (0.5, 1.0)
-COMING = {"p6-tissue": (1.0,), "p6-held": (0.25, 0.5, 0.75, 1.0)}
+LOADS = {"p6-tissue": (1.0,), "p6-held": (0.5, 1.0)}
+COMING = {"p6-tissue": (1.0,), "p6-held": (0.5, 1.0)}
 
 
 @numba.njit(cache=False)
@@ -154,7 +155,7 @@ class Rod:
 
     def solve(self, currents):
         m0, scene = np.zeros(3), self.scene
-        for load in LOADS:
+        for load in LOADS[scene.name]:
             m0 = self.free(currents, m0, load)
         x = np.concatenate([m0, np.zeros(3)])
         tip = self.shoot(x, currents)[:3]
@@ -166,7 +167,7 @@ class Rod:
         self.x = x
         return x[3:], self.shoot(x, currents)[:3]
 
-    def derivatives(self, currents):
+    def derivatives(self, currents, step=None):
         """d(force)/d(current) where the last solve ended."""
         columns = self.columns(self.x, currents)
         W = np.vstack([row_columns(self.scene, columns[3:6], DF), columns[6:]])
