@@ -1,7 +1,8 @@
-"""The pseudo-rigid chain: rigid links with springs in ball joints, least energy by SciPy's SLSQP with analytic gradients.
+"""The pseudo-rigid chain: rigid links, springs in ball joints, least energy by SciPy's SLSQP with analytic gradients.
 
-Each joint has a rotation vector and stands in the middle of its piece of a flexible segment. Tissue is a slack variable:
-the depth of the tip, with the energy of its spring. The force of a held tip is the multiplier of its constraint.
+Each joint has a rotation vector and stands in the middle of its piece of a flexible segment. Tissue is a slack
+variable: the depth of the tip, with the energy of its spring. The force of a held tip is the multiplier of its
+constraint.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
 """PyElastica: one rod damped to rest, its rigid segment one element, weights and torque as forcings.
 
 A stiff element before the clamp lets the first real one bend over its whole length. Its own plane contact acts on the
-middles of elements, cancels what presses and holds rigidly: tissue is a spring on the last node instead. A held tip is a
-constraint of the last node's place. Mass is free for a state of rest and is spread evenly.
+middles of elements, cancels what presses and holds rigidly: tissue is a spring on the last node instead. It
+cannot hold a tip: that is a constraint of the last node's place. Mass is free for a state of rest and is spread evenly.
 """
 
 import elastica as ea
@@ -53,8 +53,8 @@ class Loads(ea.NoForces):
 
     def apply_forces(self, system, time=0.0):
         at, scene = self.owner, self.owner.scene
-        load(system.external_forces, system.external_torques, at.weights, system.director_collection, at.coil, at.dipole,
-             scene.field)
+        forces, torques = system.external_forces, system.external_torques
+        load(forces, torques, at.weights, system.director_collection, at.coil, at.dipole, scene.field)
         if at.touching and not scene.held:
             offset = scene.offset - at.shift
             press(system.external_forces, system.position_collection, scene.normal, offset, scene.tissue)
@@ -99,8 +99,8 @@ class Rod:
         positions[2] = np.concatenate([[0.0], np.cumsum(lengths)]) - piece[0]
         self.system = System()
         self.rod = ea.CosseratRod.straight_rod(
-            len(lengths), positions[:, 0], np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), lengths.sum(), 0.02, 1.0,
-            youngs_modulus=1.0, shear_modulus=0.5, position=positions,
+            len(lengths), positions[:, 0], np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), lengths.sum(), 0.02,
+            1.0, youngs_modulus=1.0, shear_modulus=0.5, position=positions,
         )
         rod = self.rod
         self.coil = proximal + 1
@@ -117,7 +117,8 @@ class Rod:
             rod.inv_mass_second_moment_of_inertia[:, :, i] = np.eye(3) / inertia
         mass = lengths / 2
         rod.mass[:] = np.concatenate([mass, [0]]) + np.concatenate([[0], mass])
-        weight = np.array([[0.0] * 3] + [scene.weight[k] * h if k >= 0 else scene.coil_weight for k, h in zip(of, lengths)][1:])
+        weight = np.array([scene.weight[k] * h if k >= 0 else scene.coil_weight for k, h in zip(of, lengths)])
+        weight[0] = 0.0
         self.weights = np.zeros((3, len(lengths) + 1))
         self.weights[:, :-1] += weight.T / 2
         self.weights[:, 1:] += weight.T / 2

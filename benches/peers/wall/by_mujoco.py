@@ -1,8 +1,9 @@
 """MuJoCo: rigid links with three sprung hinges in each joint, settled by the integrator that takes springs implicitly.
 
 MuJoCo 4 has no cable of its own that carries a rigid coil: its one-dimensional flex has points instead of frames. Each
-joint stands in the middle of its piece of a flexible segment. Tissue is a pad on a sprung slide along the wall's normal,
-the tip a ball that slides on it without friction; a held tip is a `connect` to a body that is moved to the anchor.
+joint stands in the middle of its piece of a flexible segment. Tissue is a pad on a sprung slide along the wall's
+normal, the tip a ball that slides on it without friction; a held tip is a `connect` to a body that is moved to
+the anchor.
 Masses are free for a state of rest: weights are forces, and inertia is what settles soonest.
 """
 
@@ -42,17 +43,18 @@ class Rod:
             for axis in (range(3), reversed(range(3)))[i % 2]:
                 spring = scene.stiffness[of[i], axis] / piece[i]
                 opened += (f'<joint type="hinge" axis="{text(np.eye(3)[axis])}" stiffness="{text(spring)}" '
-                           f'damping="{text(DAMPING * spring)}" springref="{text(scene.rest[of[i], axis] * piece[i])}"/>')
+                           f'damping="{text(DAMPING * spring)}" '
+                           f'springref="{text(scene.rest[of[i], axis] * piece[i])}"/>')
             at = piece[i] / 2
             if i == proximal - 1:
                 opened += f'<body name="coil" pos="0 0 {text(at + scene.lengths[1] / 2)}">{inertia}</body>'
                 at += scene.lengths[1]
+        opened += f'<site name="tip" pos="0 0 {text(at)}"/>'
         if scene.held:
-            opened += f'<site name="tip" pos="0 0 {text(at)}"/>'
-            wall = '<body name="hand" mocap="true" pos="0 0 1"/>'
-            more = '<equality><connect name="held" body1="hand" body2="last" anchor="0 0 0" active="false"/></equality>'
+            wall, last = '<body name="hand" mocap="true" pos="0 0 1"/>', f"link{joints - 1}"
+            more = f'<equality><connect body1="hand" body2="{last}" anchor="0 0 0" active="false"/></equality>'
         else:
-            opened += f'<site name="tip" pos="0 0 {text(at)}"/><geom type="sphere" pos="0 0 {text(at)}" size="{BALL}" mass="0"/>'
+            opened += f'<geom type="sphere" pos="0 0 {text(at)}" size="{BALL}" mass="0"/>'
             # The ball's middle is where the tip is, so the face lies a ball's radius behind.
             centre = (scene.offset - BALL - PAD) * scene.normal
             wall = (f'<body name="pad" pos="{text(centre)}">{inertia}'
@@ -64,8 +66,6 @@ class Rod:
             <option gravity="0 0 0" integrator="discrete" timestep="{DT}" tolerance="1e-12" iterations="200"/>
             <default><geom condim="1" {CONTACT}/><equality {CONNECT}/></default>
             <worldbody>{opened}{'</body>' * joints}{wall}</worldbody>{more}</mujoco>"""
-        # The tip's own link is what `connect` holds.
-        xml = xml.replace('body2="last"', f'body2="link{joints - 1}"')
         self.model = mujoco.MjModel.from_xml_string(xml)
         self.data = mujoco.MjData(self.model)
         body = lambda name: mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, name)
@@ -83,7 +83,7 @@ class Rod:
     def force(self):
         """Of the wall on the tip."""
         if self.scene.held:
-            return np.array(self.data.efc_force[:3]) * self.sign if self.data.nefc else np.zeros(3)
+            return -self.data.efc_force[:3] if self.data.nefc else np.zeros(3)
         found = np.zeros(6)
         if not self.data.ncon:
             return np.zeros(3)
@@ -116,7 +116,7 @@ class Rod:
         mujoco.mj_resetData(self.model, data)
         self.steps = COMING
         if scene.held:
-            self.sign = -1.0
+            # What is held is the tip, in the frame of its link.
             self.model.eq_data[0, 3:6] = [0, 0, self.end]
             mujoco.mj_forward(self.model, data)
         else:

@@ -1,7 +1,7 @@
 """rodsweep as a program: one scene a process, and rows of a sweep on one core.
 
-The sweep is a grid of currents about the scene's own, with derivatives by them. Its middle row is the scene; rows along the
-first current tell the noise.
+The sweep is a grid of currents about the scene's own, with derivatives by them. Its middle row is the scene; rows
+along the first current tell the noise.
 """
 
 import csv
@@ -34,7 +34,8 @@ def solve(scene, work, tolerance, repeats):
     best = math.inf
     for _ in range(repeats):
         start = time.perf_counter()
-        out = command("solve", str(file), "--json", "--wrt", "coil.current", "--backend", "cpu", "--tolerance", f"{tolerance}")
+        options = "--wrt", "coil.current", "--backend", "cpu", "--tolerance", str(tolerance)
+        out = command("solve", str(file), "--json", *options)
         best = min(best, time.perf_counter() - start)
     found = json.loads(out)
     force, tip = found["contact"]["force"], found["tip"]["position"]
@@ -51,7 +52,8 @@ def sweep(scene, work, tolerance):
     # Tables of the scene, moved below [scene].
     lines = re.sub(r"^(\[+)", r"\1scene.", scene.text, flags=re.MULTILINE)
     axes = "".join(
-        f'[[axis]]\nparameter = "coil.current.{a}"\nfrom = {i * (1 - AROUND)!r}\nto = {i * (1 + AROUND)!r}\npoints = {POINTS}\n\n'
+        f'[[axis]]\nparameter = "coil.current.{a}"\n'
+        f"from = {i * (1 - AROUND)!r}\nto = {i * (1 + AROUND)!r}\npoints = {POINTS}\n\n"
         for a, i in zip("xyz", map(float, scene.currents))
     )
     text = (f'[sampling]\nmethod = "grid"\n\n{axes}[solver]\ntolerance = {tolerance}\n\n'

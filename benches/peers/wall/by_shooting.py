@@ -103,7 +103,8 @@ def across(scene, y, f, currents, load, columns):
         return found
     given = y[STATE:].reshape(-1, COLUMN)
     w, dt = given[:, :3], np.cross(given[:, :3], t)
-    moved = np.hstack([w, given[:, 3:6] + arm * dt, given[:, 6:] - np.cross(np.cross(w, mu), B) - arm * np.cross(dt, n)])
+    dm = given[:, 6:] - np.cross(np.cross(w, mu), B) - arm * np.cross(dt, n)
+    moved = np.hstack([w, given[:, 3:6] + arm * dt, dm])
     moved[3:6, 6:] -= arm * hat(t).T
     current = np.zeros((3, COLUMN))
     current[:, 6:] = -np.cross((R @ scene.turns_area).T, B)

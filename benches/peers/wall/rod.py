@@ -1,7 +1,7 @@
 """Golden scenes of a tip on a plane, without units: lengths over the rod's, moments over EI/L, forces over EI/L².
 
-The rod is a flexible segment, a rigid one with coils and weight, and a flexible segment. The unknown force f of the wall
-acts at its end. A wall of tissue is a spring along its normal; a held tip stays at its anchor.
+The rod is a flexible segment, a rigid one with coils and weight, and a flexible segment. The unknown force f of the
+wall acts at its end. A wall of tissue is a spring along its normal; a held tip stays at its anchor.
 """
 
 import json
@@ -33,7 +33,8 @@ class Scene:
         young, shear = [np.array([s[f"{kind}_modulus"] for s in (proximal, distal)]) for kind in ("youngs", "shear")]
         self.stiffness = area_moment * np.array([young, young, 2 * shear]).T / bending
         self.rest = np.array([s["rest_curvature"] for s in (proximal, distal)]) * self.length
-        self.weight = np.array([s["linear_density"] * gravity for s in (proximal, distal)]) * self.length / self.force_unit
+        self.weight = np.array([s["linear_density"] * gravity for s in (proximal, distal)])
+        self.weight *= self.length / self.force_unit
         self.coil_weight = coil["mass"] * gravity / self.force_unit
         field = np.array(scene["field"]["flux_density"])
         self.field = field / np.linalg.norm(field)
