@@ -24,7 +24,9 @@ const TIP_RESERVE: f64 = 1.5;
 /// Steps and refinements of the truth that errors are measured against. It ends where two of them agree.
 const TRUTH_STEPS: usize = 8;
 const TRUTH_REFINEMENTS: [usize; 5] = [1, 2, 4, 8, 16];
-/// They agree where tips differ by less than this share of the tolerance, and columns by less than this share of theirs.
+/// Grids without any answer, nor a fold that was seen, after which finer ones are not tried.
+const HOPELESS: usize = 3;
+/// Two grids agree where tips differ by less than this share of the tolerance, and columns by less than this share of theirs.
 const AGREEMENT: f64 = 0.02;
 /// The truth's doubt may be so much of an error of derivatives.
 const MOST_DOUBT: f64 = 0.2;
@@ -152,14 +154,21 @@ impl<'a> Truth<'a> {
         Truth { plan, batch, factory, solutions, doubt, grids: 0 }
     }
 
-    /// Refines until the truth is ahead of so many steps and two grids agree, or there is no finer one.
+    /// Refines until the truth is ahead of so many steps and two grids agree, or there is no finer one, or no hope in one.
     fn lead(&mut self, steps: usize) -> Result<(), BackendError> {
-        loop {
+        while !self.is_hopeless() {
             let is_ahead = self.grids > 1 && TRUTH_STEPS * TRUTH_REFINEMENTS[self.grids - 1] >= TRUTH_LEAD * steps;
             if is_ahead && self.agrees() || !self.refine()? {
-                return Ok(());
+                break;
             }
         }
+        Ok(())
+    }
+
+    /// Whether no sample has arrived on several grids, and none has shown a fold either.
+    fn is_hopeless(&self) -> bool {
+        let tells = |at: usize| self.solutions.status(at).is_success() || self.solutions.is_seen_fold(at);
+        self.grids >= HOPELESS && !(0..self.batch.sample_count()).any(tells)
     }
 
     /// Takes the next grid; false where there is no finer one.
