@@ -154,7 +154,7 @@ impl<'a> Truth<'a> {
         Truth { plan, batch, factory, solutions, doubt, grids: 0 }
     }
 
-    /// Refines until the truth is ahead of so many steps and two grids agree, or there is no finer one, or no hope in one.
+    /// Refines until the truth is ahead of so many steps and two grids agree, there is no finer one, or none has hope.
     fn lead(&mut self, steps: usize) -> Result<(), BackendError> {
         while !self.is_hopeless() {
             let is_ahead = self.grids > 1 && TRUTH_STEPS * TRUTH_REFINEMENTS[self.grids - 1] >= TRUTH_LEAD * steps;

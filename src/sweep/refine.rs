@@ -179,11 +179,11 @@ impl<'a> Refiners<'a> {
         let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, |_| true, keeps)?;
         self.attempts += attempts;
         self.refined += settled;
-        let is_answered = self.answer_twice(&samples, solutions)?;
+        let answered = self.answer_twice(&samples, solutions)?;
         for (number, stage) in self.stages.iter_mut().enumerate() {
             let has_failed = |at| !solutions.status(at).is_success() && !solutions.is_seen_fold(at);
             let is_doubtful = |at| number == 0 && !solutions.is_seen_fold(at) && samples.is_doubtful(solutions, at);
-            let needs = |at| has_failed(at) || is_doubtful(at) && !is_answered[at];
+            let needs = |at| has_failed(at) || is_doubtful(at) && !answered.is_answered(at);
             let left = samples.those(solutions, needs);
             self.attempts += left.len() as u64;
             stage.solve(&samples, &left, |again, from, to| {
@@ -213,16 +213,14 @@ impl<'a> Refiners<'a> {
         Ok(())
     }
 
-    /// Answers doubtful samples on finer steps, and on finest steps those for which that is not enough. Tells which are answered: a second
-    /// attempt would solve them on the finer steps, too.
-    fn answer_twice(&mut self, samples: &Samples, solutions: &mut Solutions) -> Result<Vec<bool>, BackendError> {
-        let mut is_answered = vec![false; samples.batch.sample_count()];
+    /// Answers doubtful samples on finer steps, and on finest steps those for which that is not enough. Tells of the first: a second attempt would
+    /// solve what has an answer on the same steps.
+    fn answer_twice(&mut self, samples: &Samples, solutions: &mut Solutions) -> Result<Answers, BackendError> {
         let finer = answer(&mut self.answer, samples, solutions, |_| true)?;
         let finest = answer(&mut self.finest_answer, samples, solutions, |at| finer.is_answered(at))?;
-        finer.answered.iter().for_each(|at| is_answered[*at] = true);
         self.attempts += finer.tried + finest.tried;
         self.refined += finer.answered.len() as u64;
-        Ok(is_answered)
+        Ok(finer)
     }
 }
 
