@@ -40,7 +40,7 @@ pub struct RunOptions<'a> {
     pub settle: Option<BackendFactory<'a>>,
     /// Solves doubtful samples on finer steps, each from the load at its own base; its plan is of searches.
     pub answer: Option<BackendFactory<'a>>,
-    /// The same on finer steps still, for samples for which that is not enough.
+    /// Solves samples that `answer` leaves above the tolerance, and rows of second attempts, from the load at their own base on the finest steps.
     pub finest_answer: Option<BackendFactory<'a>>,
     /// Second attempts for samples that failed or are doubtful, in order.
     pub refiners: Vec<BackendFactory<'a>>,

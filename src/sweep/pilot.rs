@@ -2,6 +2,7 @@
 
 use super::check::distribution;
 use super::columns::ColumnScales;
+use super::refine::start_at;
 use crate::backend::BackendError;
 use crate::backend::BackendFactory;
 use crate::engines::{answer_by, can_answer_again, for_second_attempt};
@@ -154,7 +155,7 @@ impl<'a> Truth<'a> {
         Truth { plan, batch, factory, solutions, doubt, grids: 0 }
     }
 
-    /// Refines until the truth is ahead of so many steps and two grids agree, there is no finer one, or none has hope.
+    /// Refines until the truth is ahead of so many steps and two grids agree, there is no finer one, or no sample arrives on any.
     fn lead(&mut self, steps: usize) -> Result<(), BackendError> {
         while !self.is_hopeless() {
             let is_ahead = self.grids > 1 && TRUTH_STEPS * TRUTH_REFINEMENTS[self.grids - 1] >= TRUTH_LEAD * steps;
@@ -230,12 +231,7 @@ impl<'a> Truth<'a> {
     /// Answers to some of the samples by Newton's method from the truth, in their own rows; others stay pending.
     fn answers_nearby(&self, plan: &Plan, samples: &[usize]) -> Result<Solutions, BackendError> {
         let mut all = self.pending(plan);
-        let truth = &self.solutions;
-        let force = |at: usize| truth.base_force(at).filter(|force| force.iter().all(|x| x.is_finite()));
-        let start = |at: &usize| {
-            let m0 = truth.vector(*at, Quantity::BaseMoment);
-            force(*at).map(|n0| Start { sample: *at, m0, n0: Some(n0), known: &[] })
-        };
+        let start = |at: &usize| start_at(&self.solutions, *at, *at);
         let starts: Vec<Start> = samples.iter().filter_map(start).collect();
         if can_answer_again(plan) && !starts.is_empty() {
             let rows = answer_by(plan)?.solve(&plan.start_batch(self.batch, &starts))?;
@@ -274,23 +270,27 @@ impl<'a> Truth<'a> {
             }
             left.retain(|at| !few.contains(at));
         }
-        self.answer_from_rest(&Truth::bare(plan, steps), &left, &mut ours)?;
-        self.measured(plan, steps, &ours)
+        self.trial_from_rest(plan, steps, &left, ours)
     }
 
     /// Tries a plan on so many steps by every known sample, from rest.
     fn trial_of_all(&mut self, plan: &Plan, steps: usize) -> Result<Trial, BackendError> {
         self.lead(steps)?;
-        let mut ours = self.pending(plan);
-        self.answer_from_rest(&Truth::bare(plan, steps), &self.known(), &mut ours)?;
-        self.measured(plan, steps, &ours)
+        self.trial_from_rest(plan, steps, &self.known(), self.pending(plan))
     }
 
-    /// What answers are worth. The truth is refined while its doubt makes up much of the measured error.
-    fn measured(&mut self, plan: &Plan, steps: usize, ours: &Solutions) -> Result<Trial, BackendError> {
-        let mut trial = Trial::new(plan, self.batch, steps, ours, self);
+    /// Leads the samples that are left from rest and measures the errors of all. The truth is refined while its doubt makes up much of them.
+    fn trial_from_rest(
+        &mut self,
+        plan: &Plan,
+        steps: usize,
+        left: &[usize],
+        mut ours: Solutions,
+    ) -> Result<Trial, BackendError> {
+        self.answer_from_rest(&Truth::bare(plan, steps), left, &mut ours)?;
+        let mut trial = Trial::new(plan, self.batch, steps, &ours, self);
         while trial.meets(&plan.options) && trial.is_drowned() && self.refine()? {
-            trial = Trial::new(plan, self.batch, steps, ours, self);
+            trial = Trial::new(plan, self.batch, steps, &ours, self);
         }
         Ok(trial)
     }

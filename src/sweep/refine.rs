@@ -224,7 +224,13 @@ impl<'a> Refiners<'a> {
     }
 }
 
-/// What came of answers from loads at bases.
+/// The load at the base that a row has found, as the start of a sample's search. `None` where the row does not tell it.
+pub(super) fn start_at(solutions: &Solutions, row: usize, sample: usize) -> Option<Start<'static>> {
+    let n0 = solutions.base_force(row).filter(|force| force.iter().all(|x| x.is_finite()))?;
+    Some(Start { sample, m0: solutions.vector(row, Quantity::BaseMoment), n0: Some(n0), known: &[] })
+}
+
+/// Samples that were solved from the loads at their own bases.
 #[derive(Default)]
 struct Answers {
     tried: u64,
@@ -248,20 +254,18 @@ fn answer(
 ) -> Result<Answers, BackendError> {
     let Some(stage) = stage else { return Ok(Answers::default()) };
     let is_near = |at| solutions.get(at, Quantity::ErrorEstimate) < NEAR;
-    let has_base = |at| solutions.base_force(at).is_some_and(|force| force.iter().all(|x| x.is_finite()));
     let is_doubtful = |at| solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
-    let needs = |at| may(at) && is_doubtful(at) && is_near(at) && has_base(at);
+    let needs = |at| may(at) && is_doubtful(at) && is_near(at) && start_at(solutions, at, at).is_some();
     let left = samples.those(solutions, needs);
     if left.is_empty() {
         return Ok(Answers::default());
     }
     let plan = samples.plan;
-    let base = |at: &usize| (solutions.vector(*at, Quantity::BaseMoment), solutions.base_force(*at));
-    let bases: Vec<_> = left.iter().map(base).collect();
+    let starts: Vec<Start> = left.iter().filter_map(|at| start_at(solutions, *at, *at)).collect();
     let batch = |group: &[usize]| {
-        let bases = &bases[left.partition_point(|at| *at < group[0])..];
-        let start = |(sample, (m0, n0)): (usize, &_)| Start { sample, m0: *m0, n0: *n0, known: &[] };
-        let starts: Vec<Start> = bases[..group.len()].iter().enumerate().map(start).collect();
+        let starts = &starts[left.partition_point(|at| *at < group[0])..][..group.len()];
+        let placed = |(sample, start): (usize, &Start<'static>)| Start { sample, ..*start };
+        let starts: Vec<Start> = starts.iter().enumerate().map(placed).collect();
         plan.start_batch(&samples.gathered(group), &starts)
     };
     let mut answered = Vec::new();

@@ -6,7 +6,7 @@ Each segment has position, quaternion and moment; the rigid segment is in the bo
 import numpy as np
 from scipy.integrate import solve_bvp
 
-from rod import hat
+from rod import differences, hat
 
 DERIVATIVES = "central differences"
 STATE = 10
@@ -86,7 +86,7 @@ class Rod:
             by_y[rows(Q), rows(Q)] = length * (np.tensordot(TURN, u, 1) + np.einsum("aix,ibx->abx", by_u, du_dq))
             by_y[rows(Q), rows(M)] = length * np.einsum("aix,ijx->ajx", by_u, du_dm)
             by_y[rows(M), rows(Q)] = length * across(n[:, None], dt)
-            by_f[rows(M)] = length * hat_of(-t)
+            by_f[rows(M)] = length * hat(-t)
         return by_y, by_f
 
     def ends(self, a, b, f, load, currents, close):
@@ -153,13 +153,4 @@ class Rod:
         return at[2], at[1][STATE : STATE + 3, -1]
 
     def derivatives(self, currents, step):
-        columns = []
-        for e in np.eye(3):
-            two = [self.touching(self.at, currents + side * step * e, 0.0, self.tolerance)[2] for side in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * step))
-        return np.array(columns).T
-
-
-def hat_of(v):
-    zero = np.zeros_like(v[0])
-    return np.array([[zero, -v[2], v[1]], [v[2], zero, -v[0]], [-v[1], v[0], zero]])
+        return differences(lambda at: self.touching(self.at, at, 0.0, self.tolerance)[2], currents, step)

@@ -8,7 +8,7 @@ constraint.
 import numpy as np
 from scipy.optimize import minimize
 
-from rod import hat
+from rod import differences, hat
 
 DERIVATIVES = "central differences"
 # Steps of the differences, in amperes: the best is taken.
@@ -102,9 +102,7 @@ class Rod:
         return force, self.tip(self.x)
 
     def derivatives(self, currents, step):
-        start, columns = self.x, []
-        for e in np.eye(3):
-            two = [self.solve(currents + side * step * e, start)[0] for side in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * step))
+        start = self.x
+        columns = differences(lambda at: self.solve(at, start)[0], currents, step)
         self.x = start
-        return np.array(columns).T
+        return columns

@@ -9,6 +9,8 @@ import elastica as ea
 import numba
 import numpy as np
 
+from rod import differences
+
 DERIVATIVES = "central differences"
 # Steps of the differences, in amperes: the best is taken.
 STEPS = (1e-2,)
@@ -184,9 +186,6 @@ class Rod:
         return window[-1], self.tip()
 
     def derivatives(self, currents, step):
-        columns = []
-        for e in np.eye(3):
-            two = [self.rest(currents + side * step * e)[0] for side in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * step))
+        columns = differences(lambda at: self.rest(at)[0], currents, step)
         self.rest(currents)
-        return np.array(columns).T
+        return columns

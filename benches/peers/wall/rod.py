@@ -79,4 +79,12 @@ class Scene:
 
 
 def hat(v):
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    """The matrix of a cross product; of many vectors along the axes after the first."""
+    zero = 0.0 * v[0]
+    return np.array([[zero, -v[2], v[1]], [v[2], zero, -v[0]], [-v[1], v[0], zero]])
+
+
+def differences(force, currents, step):
+    """d(force)/d(current) by central differences: three columns."""
+    sides = [[force(currents + side * step * e) for side in (1, -1)] for e in np.eye(3)]
+    return np.array([(above - below) / (2 * step) for above, below in sides]).T
