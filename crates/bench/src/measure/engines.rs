@@ -27,7 +27,8 @@ pub struct Engine {
 pub fn engines() -> (Vec<Engine>, Option<AdapterSummary>) {
     let mut engines = Vec::new();
     for set in InstructionSet::available() {
-        engines.extend([Precision::F64, Precision::F32].map(|precision| Engine { place: Place::Cpu(set), precision }));
+        let precisions = [Precision::F64, Precision::F32].into_iter().filter(|asked| set.precision(*asked) == *asked);
+        engines.extend(precisions.map(|precision| Engine { place: Place::Cpu(set), precision }));
     }
     let adapter = adapters().into_iter().next();
     if let Some(adapter) = &adapter {

@@ -37,7 +37,7 @@ pub enum InstructionSet {
     Avx2,
     /// AArch64, registers of 128 bits: 2 samples in f64.
     Neon,
-    /// Any machine, one sample at a time.
+    /// Any machine, one sample at a time, in f64 whichever precision is asked for.
     Scalar,
 }
 
@@ -52,6 +52,11 @@ impl InstructionSet {
     pub fn for_one() -> InstructionSet {
         use InstructionSet::{Avx2, Neon, Scalar};
         [Avx2, Neon].into_iter().find(|set| set.arch().is_some()).unwrap_or(Scalar)
+    }
+
+    /// The precision in which it computes where one is asked for.
+    pub fn precision(self, asked: Precision) -> Precision {
+        if self == InstructionSet::Scalar { Precision::F64 } else { asked }
     }
 
     /// As users know it, for example `AVX-512`.
@@ -124,6 +129,7 @@ impl Cpu {
             remedy: "this machine lacks it".into(),
         };
         let arch = set.arch().ok_or_else(unsupported)?;
+        let precision = set.precision(precision);
         let free = match plan.without_wall() {
             Some(free) => Some(Box::new(Self::with_instruction_set(&free, precision, set)?)),
             None => None,
@@ -215,7 +221,7 @@ trait BlockScalar: Scalar {
 }
 
 macro_rules! block_scalar {
-    ($scalar:ty, $lane:ident, $pool:tt) => {
+    ($scalar:ty, $lane:ident, $pool:tt $(, $single:pat => $one:ty)?) => {
         impl BlockScalar for $scalar {
             fn pool(pools: &(Pool<f64>, Pool<f32>)) -> &Pool<$scalar> {
                 &pools.$pool
@@ -223,7 +229,7 @@ macro_rules! block_scalar {
 
             fn run(arch: Arch, job: Job<'_, $scalar>) {
                 match arch {
-                    Arch::Scalar => $lane::<pulp::Scalar>::job(pulp::Scalar::new(), job),
+                    $($single => <$one>::job(pulp::Scalar::new(), job),)?
                     #[cfg(target_arch = "x86_64")]
                     Arch::V3(token) => $lane::<pulp::x86::V3>::job(token, job),
                     #[cfg(target_arch = "x86_64")]
@@ -237,5 +243,5 @@ macro_rules! block_scalar {
         }
     };
 }
-block_scalar!(f64, F64, 0);
+block_scalar!(f64, F64, 0, Arch::Scalar => F64<pulp::Scalar>);
 block_scalar!(f32, F32, 1);

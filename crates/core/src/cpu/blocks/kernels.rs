@@ -15,7 +15,7 @@ use std::any::Any;
 
 /// A register type with all kernels.
 pub trait Kernels: Passes + VaryingPasses {
-    /// The same with numbers that do for a path on the coarse grid: f32, twice as many.
+    /// A type with numbers that do for a path on the coarse grid: f32, twice as many, where registers hold several.
     type Coarse: Kernels<Token = Self::Token>;
     fn job(token: Self::Token, job: Job<'_, Self::Scalar>);
     fn load_rods(load: Load<'_, Self>);

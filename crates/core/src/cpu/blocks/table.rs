@@ -98,9 +98,9 @@ macro_rules! varying_pass {
     };
 }
 
-/// All kernels of a register type.
+/// All kernels of a register type, and the type of its paths on the coarse grid.
 macro_rules! kernels {
-    ($module:ident, $lane:ty, $passes:ident) => {
+    ($module:ident, $lane:ty, $coarse:ty, $passes:ident) => {
         mod $module {
             use super::*;
             type L = $lane;
@@ -144,7 +144,7 @@ macro_rules! kernels {
         }
 
         impl Kernels for $lane {
-            type Coarse = F32<Self::Token>;
+            type Coarse = $coarse;
 
             fn job(token: Self::Token, job: Job<'_, Self::Scalar>) {
                 $module::job::run(token, job)
@@ -174,24 +174,25 @@ macro_rules! kernels {
     };
 }
 
-// Machines without vector units are served, not tuned for.
-kernels!(scalar_f64, F64<pulp::Scalar>, together);
-kernels!(scalar_f32, F32<pulp::Scalar>, together);
+// Machines without vector units are served, not tuned for: f32 would not be quicker there.
+kernels!(scalar_f64, F64<pulp::Scalar>, F64<pulp::Scalar>, together);
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::*;
-    kernels!(avx2_f64, F64<pulp::x86::V3>, by_terms);
-    kernels!(avx2_f32, F32<pulp::x86::V3>, by_terms);
-    kernels!(avx512_f64, F64<pulp::x86::V4>, by_terms);
-    kernels!(avx512_f32, F32<pulp::x86::V4>, by_terms);
+    use pulp::x86::{V3, V4};
+    kernels!(avx2_f64, F64<V3>, F32<V3>, by_terms);
+    kernels!(avx2_f32, F32<V3>, F32<V3>, by_terms);
+    kernels!(avx512_f64, F64<V4>, F32<V4>, by_terms);
+    kernels!(avx512_f32, F32<V4>, F32<V4>, by_terms);
 }
 
 #[cfg(target_arch = "aarch64")]
 mod arm {
     use super::*;
-    kernels!(neon_f64, F64<pulp::aarch64::Neon>, by_terms);
-    kernels!(neon_f32, F32<pulp::aarch64::Neon>, by_terms);
+    use pulp::aarch64::Neon;
+    kernels!(neon_f64, F64<Neon>, F32<Neon>, by_terms);
+    kernels!(neon_f32, F32<Neon>, F32<Neon>, by_terms);
 }
 
 /// For counting operations.
