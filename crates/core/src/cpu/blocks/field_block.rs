@@ -1,10 +1,10 @@
 //! The paths of a block of samples in a field that varies, without care: in f32, those that set out alike at a time.
 
 use super::kernels::{FollowVarying, InVarying, Kernels, Leg};
-use super::memory::Block;
-use super::memory::Memory;
+use super::memory::{Block, Memory, made};
 use super::tools::{pack, unpack};
 use crate::cpu::equilibrium::field::arrival::Led;
+use crate::cpu::rod::field::workspace::VaryingWorkspace;
 use crate::cpu::rod::program::{Outputs, Program};
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::BLOCK;
@@ -60,6 +60,7 @@ fn follow_leg<L: Kernels>(
             *to = Scalar::from_f64(from.to_f64());
         }
     }
+    let varying = made(varying, || VaryingWorkspace::new(token, program));
     let lanes = L::Coarse::COUNT;
     for samples in order.chunks(lanes) {
         tools.pack(&own[..read], samples);
@@ -92,6 +93,8 @@ impl<L: Kernels> Block<'_, L> {
             Led::Free | Led::FreeCurve | Led::FreeWithCare => pack(self.free, samples, L::COUNT, &mut tools.start),
             Led::Curve { .. } | Led::Ramp(_) => {}
         }
-        L::in_varying(InVarying { program: self.program, token: self.token, led, varying, tools, out });
+        let (program, token) = (self.program, self.token);
+        let varying = made(varying, || VaryingWorkspace::new(token, program));
+        L::in_varying(InVarying { program, token, led, varying, tools, out });
     }
 }

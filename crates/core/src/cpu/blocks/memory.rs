@@ -11,15 +11,16 @@ use crate::model::BLOCK;
 
 pub type CoarseScalar<L> = <<L as Kernels>::Coarse as Lane>::Scalar;
 
-/// Memory of a thread.
+/// Memory of a thread. Most scenes need no multiple shooting and no field that varies: what those need is made when a rung first asks
+/// for it.
 pub struct Memory<L: Kernels> {
     pub paths: Tools<L::Coarse>,
     pub answers: Tools<L>,
-    pub nodes: Nodes<L>,
-    pub quick: Nodes<L::Coarse>,
+    pub nodes: Option<Box<Nodes<L>>>,
+    pub quick: Option<Box<Nodes<L::Coarse>>>,
     pub quick_end: QuickEnd,
-    pub varying: VaryingWorkspace<L>,
-    pub varying_paths: VaryingWorkspace<L::Coarse>,
+    pub varying: Option<Box<VaryingWorkspace<L>>>,
+    pub varying_paths: Option<Box<VaryingWorkspace<L::Coarse>>>,
     /// Inputs of the block, how its samples set out from rest (dm0/dlambda, where the field varies d(n0, m0)/dlambda) and the ends
     /// of their paths, by sample.
     pub inputs: Vec<CoarseScalar<L>>,
@@ -33,16 +34,21 @@ impl<L: Kernels> Memory<L> {
         Self {
             paths: Tools::new(token, program, inputs / BLOCK),
             answers: Tools::new(token, program, inputs / BLOCK),
-            nodes: Nodes::new(token, program),
-            quick: Nodes::new(token, program),
+            nodes: None,
+            quick: None,
             quick_end: QuickEnd::new(),
-            varying: VaryingWorkspace::new(token, program),
-            varying_paths: VaryingWorkspace::new(token, program),
+            varying: None,
+            varying_paths: None,
             inputs: vec![zero; inputs],
             rests: vec![zero; REST_COLUMNS * BLOCK],
             ends: vec![zero; end_columns(program) * BLOCK],
         }
     }
+}
+
+/// A part of the memory, made where there is none.
+pub fn made<T>(kept: &mut Option<Box<T>>, make: impl FnOnce() -> T) -> &mut T {
+    kept.get_or_insert_with(|| Box::new(make()))
 }
 
 /// A block at work.
