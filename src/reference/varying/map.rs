@@ -16,9 +16,8 @@ pub(super) struct Map {
     unit: f64,
 }
 
-/// A spline of degree p over one cell from its p + 1 coefficients, a share `s` into the cell.
-fn de_boor(coefficients: &[f64], s: f64) -> f64 {
-    let mut d = coefficients.to_vec();
+/// A spline over one cell from its coefficients, one more than its degree, a share `s` into the cell. They are used up.
+fn de_boor(d: &mut [f64], s: f64) -> f64 {
     let p = d.len() - 1;
     for r in 1..=p {
         for j in (r..=p).rev() {
@@ -30,12 +29,22 @@ fn de_boor(coefficients: &[f64], s: f64) -> f64 {
 }
 
 /// A derivative over one cell of steps of length h: the spline of the coefficients' differences.
-fn along(coefficients: [f64; 4], order: usize, s: f64, h: f64) -> f64 {
-    let mut c = coefficients.to_vec();
+fn along(mut coefficients: [f64; 4], order: usize, s: f64, h: f64) -> f64 {
+    let mut count = coefficients.len();
     for _ in 0..order {
-        c = c.windows(2).map(|pair| (pair[1] - pair[0]) / h).collect();
+        count -= 1;
+        for k in 0..count {
+            coefficients[k] = (coefficients[k + 1] - coefficients[k]) / h;
+        }
     }
-    de_boor(&c, s)
+    de_boor(&mut coefficients[..count], s)
+}
+
+/// A symmetric matrix from what is on its diagonal and above.
+fn symmetric(of: impl Fn(usize, usize) -> f64) -> Matrix3<f64> {
+    let mut all = Matrix3::from_fn(|a, b| if a <= b { of(a, b) } else { 0.0 });
+    all.fill_lower_triangle_with_upper_triangle();
+    all
 }
 
 impl Map {
@@ -82,12 +91,12 @@ impl Map {
 
     /// Its gradient.
     pub(super) fn G(&self, x: Vector3<f64>) -> Matrix3<f64> {
-        Matrix3::from_fn(|a, b| -self.by(x, &[a, b]))
+        symmetric(|a, b| -self.by(x, &[a, b]))
     }
 
     /// Second derivatives of mu . B.
     pub(super) fn T3(&self, x: Vector3<f64>, mu: Vector3<f64>) -> Matrix3<f64> {
-        Matrix3::from_fn(|a, b| -(0..3).map(|c| mu[c] * self.by(x, &[a, b, c])).sum::<f64>())
+        symmetric(|a, b| -(0..3).map(|c| mu[c] * self.by(x, &[a, b, c])).sum::<f64>())
     }
 
     /// How far a point is inside; negative outside.
