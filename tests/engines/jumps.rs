@@ -197,7 +197,7 @@ fn three_coils_with_nine_currents_stay_on_their_branch() {
 #[test]
 fn a_box_around_a_scene_is_solved_whole() {
     let spec = sweep("around.toml");
-    assert_right("around", &SweepSpec { sample_count: 128, ..spec.clone() }, 0);
+    assert_right("around", &SweepSpec { sample_count: 64, ..spec.clone() }, 0);
     for precision in [Precision::F64, Precision::F32] {
         let solved = rows(&spec, precision).iter().filter(|row| row.status.is_success()).count();
         assert_eq!(solved, 512, "{precision}");
@@ -273,16 +273,16 @@ fn few_steps_do_not_hide_that_a_column_has_buckled() {
 fn scenes_of_the_day_are_right() {
     let seed = today();
     let searches = [
-        (RandomScenes::Uniform, 1200, None),
-        (RandomScenes::Varying, 150, None),
-        (RandomScenes::Designs, 800, None),
-        (RandomScenes::Limp, 60, None),
-        (RandomScenes::Designs, 12, Some(64)),
-        (RandomScenes::Uniform, 12, Some(64)),
+        (RandomScenes::Uniform, 600, None),
+        (RandomScenes::Varying, 100, None),
+        (RandomScenes::Designs, 400, None),
+        (RandomScenes::Limp, 40, None),
+        (RandomScenes::Designs, 8, Some(64)),
+        (RandomScenes::Uniform, 8, Some(64)),
     ];
     for (kind, scenes, around) in searches {
-        // The first six hundred rods are judged, whether engines differ or not.
-        let judged = if kind == RandomScenes::Uniform && around.is_none() { 600 } else { 0 };
+        // Three hundred rods are judged, whether engines differ or not.
+        let judged = if kind == RandomScenes::Uniform && around.is_none() { 300 } else { 0 };
         let options = SearchOptions::new(kind, seed, scenes).around(around);
         for options in [options.first(judged), SearchOptions::new(kind, seed, judged).judge_all(true)] {
             let found = search_disagreements(&options, &mut |_| {}).expect("solved");

@@ -115,7 +115,7 @@ fn samples() -> Vec<Sampled> {
         Sampled::scene("p6.toml", &p6, 2500, &mut random),
         Sampled::scene("two_coil.toml", &two_coil, 1500, &mut random),
     ];
-    let scenes = some_scenes(1500);
+    let scenes = some_scenes(800);
     all.par_extend(scenes.par_iter().map(|scene| Sampled::new(scene, &[], 1, &mut Random(0))));
     all
 }

@@ -220,7 +220,9 @@ fn samples_left_unwritten_are_noticed() {
     let mut gpu = gpu(device, "not_all", NOT_ALL);
     gpu.solve(&batch(gpu.plan(), 0, 77)).unwrap();
     let error = gpu.solve(&batch(gpu.plan(), 0, 9000)).unwrap_err();
-    assert!(error.to_string().contains("left 1 of 4096 samples unwritten"), "{error}");
+    // A dispatch is as large as the machine is quick.
+    let told = error.to_string();
+    assert!(told.contains("the kernel left 1 of ") && told.contains(" samples unwritten"), "{told}");
     gpu.solve(&batch(gpu.plan(), 0, 77)).unwrap();
 }
 
