@@ -119,7 +119,7 @@ fn no_limp_rod_is_called_a_fold() {
         stiffness = { bending = 2e-5, torsion = 1.6e-5 }\n\
         [[segment]]\nname = \"tip\"\nkind = \"rigid\"\nlength = 0.013\ndipole_per_length = [0, 0, 1e-4]\n";
     let axes = [("loads.gravity.x", 0.05, 9.81), ("field.gradient.xx", -0.01, 0.01)];
-    let counts = compare(&sweep(scene, &axes, 10), &(0..5).collect::<Vec<_>>());
+    let counts = compare(&sweep(scene, &axes, 10), &(0..10).collect::<Vec<_>>());
     assert!(!counts.contains_key("Fold") && counts["Ramped"] > 0, "{counts:?}");
 }
 
