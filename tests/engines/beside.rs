@@ -125,3 +125,18 @@ fn a_batch_made_again_and_again_is_a_new_one() {
         }
     }
 }
+
+/// Where no register holds several samples, f32 is not quicker: such machines compute in f64, and say so.
+#[test]
+fn machines_without_vector_units_compute_in_f64() {
+    let plan = &plans()[0];
+    let [f32, f64] = [Precision::F32, Precision::F64].map(|asked| {
+        let mut lanes = Cpu::with_instruction_set(plan, asked, InstructionSet::Scalar).expect("available");
+        assert_eq!(lanes.info().precision, Precision::F64, "{asked} was asked for");
+        solve(&mut lanes, plan, 0, SAMPLES)
+    });
+    for (sample, column) in (0..SAMPLES).flat_map(|at| (0..plan.output_count()).map(move |column| (at, column))) {
+        let bits = [&f32, &f64].map(|rows| rows.values.get(sample, column).to_bits());
+        assert_eq!(bits[0], bits[1], "sample {sample}, column {column}");
+    }
+}
