@@ -213,7 +213,7 @@ impl Backend for Cpu {
     }
 }
 
-/// Chooses the register type of a precision.
+/// Chooses the register type of a precision; that of single samples is there in f64 alone.
 trait BlockScalar: Scalar {
     fn run(arch: Arch, job: Job<'_, Self>);
     /// The memory of an engine's blocks.
@@ -221,7 +221,7 @@ trait BlockScalar: Scalar {
 }
 
 macro_rules! block_scalar {
-    ($scalar:ty, $lane:ident, $pool:tt $(, $single:pat => $one:ty)?) => {
+    ($scalar:ty, $lane:ident, $pool:tt $(, $single:ty)?) => {
         impl BlockScalar for $scalar {
             fn pool(pools: &(Pool<f64>, Pool<f32>)) -> &Pool<$scalar> {
                 &pools.$pool
@@ -229,7 +229,7 @@ macro_rules! block_scalar {
 
             fn run(arch: Arch, job: Job<'_, $scalar>) {
                 match arch {
-                    $($single => <$one>::job(pulp::Scalar::new(), job),)?
+                    $(Arch::Scalar => <$single>::job(pulp::Scalar::new(), job),)?
                     #[cfg(target_arch = "x86_64")]
                     Arch::V3(token) => $lane::<pulp::x86::V3>::job(token, job),
                     #[cfg(target_arch = "x86_64")]
@@ -243,5 +243,5 @@ macro_rules! block_scalar {
         }
     };
 }
-block_scalar!(f64, F64, 0, Arch::Scalar => F64<pulp::Scalar>);
+block_scalar!(f64, F64, 0, F64<pulp::Scalar>);
 block_scalar!(f32, F32, 1);
