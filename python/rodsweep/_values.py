@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -24,10 +25,7 @@ class Columns:
         self.names = names
         self.columns = columns
         self.shape = shape
-        count = 1
-        for size in shape:
-            count *= size
-        self.count = count
+        self.count = math.prod(shape)
 
     @classmethod
     def of(cls, scene: Scene, values: Mapping[str, Any] | None) -> Columns:
@@ -38,13 +36,14 @@ class Columns:
             raise InputError(f"`values`: is of type {type(values).__name__}; give a dictionary", "values")
         names: list[str] = []
         arrays: list[Floats] = []
+        bare: list[tuple[str, Floats]] = []
         for name, value in values.items():
             if not isinstance(name, str):
                 raise InputError(f'`values`: {name!r} is no name; give a text such as "coil.current.x"', "values")
             components = scene.components(name)
             array = numbers(scene, name, value)
             if is_bare(value):
-                doubt(scene, name, array)
+                bare.append((name, array))
             names += components
             if len(components) == 1 or array.ndim == 0:
                 arrays += [array] * len(components)
@@ -55,10 +54,16 @@ class Columns:
                 raise InputError(f"`{name}`: {what} {len(components)} components", name)
         shape = _broadcast(names, arrays)
         columns = []
-        for array in arrays:
-            if array.ndim and array.shape != shape:
-                array = np.broadcast_to(array, shape)
-            columns.append(np.ascontiguousarray(array).reshape(-1))
+        try:
+            for array in arrays:
+                if array.ndim and array.shape != shape:
+                    array = np.broadcast_to(array, shape)
+                columns.append(np.ascontiguousarray(array).reshape(-1))
+        except (MemoryError, ValueError):
+            what = f"a batch of {math.prod(shape):,} samples is too large for memory"
+            raise InputError(f"`values`: {what}; give fewer, or a `Sweep`, which makes its own", "values") from None
+        for name, array in bare:
+            doubt(scene, name, array)
         return cls(names, columns, shape)
 
 

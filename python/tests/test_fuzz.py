@@ -91,9 +91,9 @@ def test_arrays_of_any_layout(p6: rodsweep.Scene) -> None:
 
 def test_huge_batches_are_refused(p6: rodsweep.Scene) -> None:
     huge = np.broadcast_to(0.0, (2**40,))
-    with pytest.raises((rodsweep.InputError, MemoryError)):
+    with pytest.raises(rodsweep.InputError, match="1,099,511,627,776 samples"):
         rodsweep.solve(p6, {"coil.current.x": huge}, engine="cpu")
-    with pytest.raises((rodsweep.InputError, MemoryError)):
+    with pytest.raises(rodsweep.InputError, match="too large for memory"):
         rodsweep.solve(p6, {"coil.current.x": np.broadcast_to(0.0, (2**31, 1)), "insertion": np.zeros(2**20)})
     extreme = rodsweep.solve(p6, {"coil.current.x": [1e300, -1e300, 1e-300], "insertion": [0.09, 1e9, 0.09]})
     assert len(extreme) == 3
