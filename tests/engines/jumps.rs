@@ -1,6 +1,6 @@
 //! Rods that engines, or the reference, once led to another branch or past a fold: none does now, by the third judge.
 
-use crate::common::day::today;
+use crate::common::day::{is_of_today, today};
 use crate::common::root;
 use rayon::prelude::*;
 use rodsweep::backend::{Backend, BackendKind, Precision};
@@ -221,6 +221,10 @@ fn random_scenes_that_were_wrong_are_right() {
     // Runs have threads of their own: those of the pool would wait for each other.
     std::thread::scope(|scope| {
         for (name, engines) in truth.as_object().expect("a table") {
+            // Its engines take a minute, as much as all others together.
+            if name == "random-201-2143.toml" && !is_of_today(0, 3) {
+                continue;
+            }
             scope.spawn(move || is_right(name, engines));
         }
     });

@@ -396,9 +396,9 @@ fn cpu_matches_golden_walls() {
 /// The judge minimises the energy of rod and wall, and follows the minimum while the wall comes.
 #[test]
 fn engine_reference_and_judge_agree_on_random_walls() {
-    let options = SearchOptions::new(RandomScenes::Walls, today(), 240).judge_all(true);
+    let options = SearchOptions::new(RandomScenes::Walls, today(), 120).judge_all(true);
     let found = search_disagreements(&options, &mut |_| {}).expect("engines that solve walls");
-    assert!(found.undecided().is_some_and(|undecided| undecided <= 2), "{}", found.text());
+    assert!(found.undecided().is_some_and(|undecided| undecided <= 1), "{}", found.text());
 }
 
 /// Its free rod is solved by nodes, and the stability of that is not counted where the wall begins. Once such a row was called solved, with

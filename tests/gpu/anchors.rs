@@ -107,22 +107,22 @@ fn compare(name: &str, samples: u64, axes: &str, count: u64, kind: (Precision, b
 #[test]
 fn samples_from_anchors_are_those_from_rest() {
     let (quick, whole) = ((Precision::F32, true), (Precision::F32, false));
-    let Some(Compared { certified, passes }) = compare("the map", 200_000, &currents(0.3), 20_000, whole) else {
+    let Some(Compared { certified, passes }) = compare("the map", 200_000, &currents(0.3), 8_000, whole) else {
         return;
     };
-    assert!(certified > 18_000, "{certified} of 20,000 from anchors");
+    assert!(certified > 7_200, "{certified} of 8,000 from anchors");
     assert!(passes[0] < 0.4 * passes[1], "{passes:?}");
     let one = axis("coil.current.y", -0.2, 0.2);
     let two = axis("proximal.rest_curvature.x", -5.0, 5.0) + &axis("proximal.youngs_modulus", 5e6, 6e6);
     let four = currents(0.3) + &axis("insertion", 0.064, 0.137);
     for (name, samples, axes, least, kind) in [
-        ("one axis", 20_000, one, 1_000, whole),
-        ("two", 20_000, two, 1_900, whole),
-        ("four", 400_000, four, 1_300, whole),
-        ("the map again", 200_000, currents(0.3), 1_800, quick),
+        ("one axis", 20_000, one, 500, whole),
+        ("two", 20_000, two, 950, whole),
+        ("four", 400_000, four, 650, whole),
+        ("the map again", 200_000, currents(0.3), 900, quick),
     ] {
-        let certified = compare(name, samples, &axes, 2_000, kind).unwrap().certified;
-        assert!((least..=2_000).contains(&certified), "{name}: {certified} from anchors");
+        let certified = compare(name, samples, &axes, 1_000, kind).unwrap().certified;
+        assert!((least..=1_000).contains(&certified), "{name}: {certified} from anchors");
     }
 }
 
@@ -141,7 +141,7 @@ fn so_they_are_in_f64() {
 #[test]
 fn tears_lead_to_no_other_branch() {
     for (name, axes, count, share) in
-        [("wide", currents(1.0), 10_000, 0.7), ("torn", torn(), 5_000, 0.4), ("bent", bent(), 5_000, 0.5)]
+        [("wide", currents(1.0), 5_000, 0.7), ("torn", torn(), 2_500, 0.4), ("bent", bent(), 2_500, 0.5)]
     {
         let Some(Compared { certified, .. }) = compare(name, 60_000, &axes, count, (Precision::F32, true)) else {
             return;

@@ -8,14 +8,14 @@ use rodsweep::model::{Plan, PlanOptions, Quantity, Solutions, Stepper};
 use rodsweep::spec::SweepSpec;
 use std::collections::HashMap;
 
-const SAMPLES: usize = 6000;
+const SAMPLES: usize = 3000;
 const TOLERANCE: f64 = 2e-5;
 
 const SWEEP: &str = r#"
 scene = "scenes/p6.toml"
 [sampling]
 method = "uniform"
-samples = 6000
+samples = 3000
 [[axis]]
 parameter = "coil.current.x"
 from = "-0.3 A"
@@ -53,7 +53,7 @@ fn gpus(plan: &Plan, faults: &[Faults]) -> Option<Vec<Gpu>> {
 
 /// Few workgroups, so that there are many dispatches.
 fn losing(lost_at: &[u64]) -> Faults {
-    Faults { lost_at: lost_at.into(), most_workgroups: Some(8), ..Faults::default() }
+    Faults { lost_at: lost_at.into(), most_workgroups: Some(4), ..Faults::default() }
 }
 
 fn bits(solutions: &Solutions) -> Vec<u64> {
@@ -102,10 +102,10 @@ fn a_sweep_without_rows_is_shared_too() {
     let recipe = sampler.recipe();
     let job = ReduceJob {
         recipe: recipe.as_ref(),
-        ranges: &[0..2500, 2600..SAMPLES as u64],
+        ranges: &[0..1250, 1350..SAMPLES as u64],
         voxel: spec.workspace.voxel,
         tolerance: TOLERANCE,
-        wanted: &|range| range.filter(|index| index % 500 == 0).collect(),
+        wanted: &|range| range.filter(|index| index % 250 == 0).collect(),
         values: &|index, row| sampler.values(index, row),
     };
     // Successes by voxel, failures, and samples in all, whichever device counted them.
@@ -125,7 +125,7 @@ fn a_sweep_without_rows_is_shared_too() {
         });
         let Ok(Some(Reduced::Voxels(voxels))) = reduced else { panic!("{reduced:?}") };
         voxels.into_iter().for_each(|(cell, count)| *cells.entry(cell).or_insert(0) += count);
-        assert!(on_device > 1000, "{on_device}");
+        assert!(on_device > SAMPLES as u64 / 6, "{on_device}");
         let failed: u64 = statuses.iter().filter(|(status, _)| !status.is_success()).map(|(_, count)| count).sum();
         (cells, failed, statuses.values().sum::<u64>() + on_device)
     };

@@ -247,14 +247,14 @@ fn parameters(scene: &Scene, kind: Kind) -> Vec<Parameter> {
     names.iter().flat_map(|name| Parameter::parse(scene, name).unwrap()).collect()
 }
 
-/// Each day half of the kinds, since a software driver compiles for minutes. What varies along a segment takes it longest: one of
+/// Each day a quarter of the kinds, since a software driver compiles for minutes. What varies along a segment takes it longest: one of
 /// these two kinds has the kernels of hardware here, and the other those of the device.
 #[test]
 fn random_rods() {
     check_random_rods(|number, kind, as_hardware| {
         let is_graded = kind.segments.contains('v');
         let for_hardware = is_graded && kind.sensitivity == Sensitivity::Auto;
-        is_of_today(number / 2, 2) && as_hardware == for_hardware
+        is_of_today(number / 2, 4) && as_hardware == for_hardware
     });
 }
 

@@ -67,7 +67,7 @@ fn workspaces_show_the_wall() {
     let text = format!("scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"uniform\"\nsamples = 64\n{axes}");
     let mut spec = SweepSpec::parse(&root().join("sweeps/wall.toml"), &text).expect("a sweep");
     spec.scene = golden_wall("p6-end-on");
-    let found = WorkspaceJob::of_sweep(&spec).voxel(6e-3).run().expect("a workspace");
+    let found = WorkspaceJob::of_sweep(&spec).voxel(9e-3).run().expect("a workspace");
     let drawn = |found: &Workspace| {
         let folder = tempfile::tempdir().expect("a folder");
         draw_workspace(found, &WorkspaceExtras::default(), &[], folder.path()).expect("figures");
