@@ -5,7 +5,7 @@ import { statSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { folder, launch, open, run, serve, settled, shot } from "./harness.mjs";
+import { SHOTS, folder, launch, open, run, serve, settled, shot } from "./harness.mjs";
 
 /** A whole directory, for instance of the whole map; else a small one is made. */
 const directory = process.env.RODSWEEP_RESULTS ?? join(folder(), "run");
@@ -160,7 +160,8 @@ test("a row is found by keyboard, too", async () => {
 test("the boundary and the voxels of a workspace are drawn", async (t) => {
   const volume = join(folder(), "volume");
   await run("run", "sweeps/volume.toml", "--backend", "cpu", "--limit", "8192", "--out", volume, "--quiet");
-  await run("workspace", volume, "--no-figures", "--quiet");
+  // Small cubes make the better picture, and take half a minute.
+  await run("workspace", volume, ...(SHOTS ? [] : ["--voxel", "8mm"]), "--no-figures", "--quiet");
   const other = await serve(volume, "--keep");
   t.after(() => other.stop());
   for (const theme of ["light", "dark"]) {
