@@ -1,7 +1,7 @@
 //! The engines against golden results: one body, every engine, each with its own stated tolerance.
 
 use crate::common::check::{Errors, SMALL_COLUMN, SMALL_COLUMN_F32, Tolerance, check_golden};
-use crate::common::day::is_of_today;
+use crate::common::day::of_today;
 use crate::common::golden::{self, GoldenCase};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::cpu::{Cpu, InstructionSet};
@@ -29,10 +29,6 @@ fn print(engine: &str, errors: &[Errors]) {
         let (name, status) = (&e.name, e.status.name());
         println!("  {name:30} {status:8} pose {:.1e} column {:.1e} ({})", e.pose, e.jacobian, e.worst_column);
     }
-}
-
-fn of_today(cases: Vec<GoldenCase>, parts: usize) -> Vec<GoldenCase> {
-    cases.into_iter().enumerate().filter(|(number, _)| is_of_today(*number, parts)).map(|(_, case)| case).collect()
 }
 
 /// Scenes by whether they are well-conditioned, as their names say.

@@ -1,7 +1,7 @@
 //! Error estimates are bounds where grids tell little: short tapers, magnets near by, loose tolerances. The right values come
 //! from a solver that shares nothing with this program, or from its reference (`tests/data/attack/estimates`).
 
-use crate::common::day::{is_of_today, today};
+use crate::common::day::{of_today, today};
 use crate::common::root;
 use rodsweep::backend::{BackendKind, Precision};
 use rodsweep::engines::{EngineRequest, F32_TOLERANCE};
@@ -143,7 +143,7 @@ fn check(name: &str) {
         let least = if precision == Precision::F32 { F32_TOLERANCE } else { 0.0 };
         let mut tolerances = TOLERANCES.map(|tolerance| tolerance.max(least)).to_vec();
         tolerances.dedup();
-        for (_, tolerance) in tolerances.into_iter().enumerate().filter(|(number, _)| is_of_today(*number, 2)) {
+        for tolerance in of_today(tolerances, 2) {
             let spec = SweepSpec { tolerance, ..spec.clone() };
             let request = EngineRequest::of(BackendKind::Cpu).precision(Some(precision));
             let mut rows = Memory::new();

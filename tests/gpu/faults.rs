@@ -32,7 +32,7 @@ const CERTAIN_DISPATCHES: u64 = (SAMPLES / (2 * BLOCK)) as u64;
 fn spec(format: &str) -> SweepSpec {
     let axis = |name: &str, most: f64| format!("[[axis]]\nparameter = \"{name}\"\nfrom = {}\nto = {most}\n", -most);
     let text = format!(
-        "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"uniform\"\nsamples = {SAMPLES}\nseed = 5\n{}{}\
+        "scene = \"scenes/p6.toml\"\n[sampling]\nmethod = \"sobol\"\nsamples = {SAMPLES}\nseed = 5\n{}{}\
          [output]\nformat = \"{format}\"\nderivatives = [\"coil.current\"]\n[workspace]\nvoxel = \"2 mm\"\n",
         axis("coil.current.x", 0.2),
         axis("coil.current.y", 0.2),

@@ -1,7 +1,7 @@
 //! Limp and taut rods on the GPU: on the device by nodes, in f32.
 
 use crate::common::check::{difference, norm, pose_error};
-use crate::common::day::is_of_today;
+use crate::common::day::of_today;
 use crate::common::limp::{LimpCase, cases, measure};
 use rodsweep::backend::{Backend, Precision};
 use rodsweep::cpu::Cpu;
@@ -38,19 +38,18 @@ fn named(name: &str) -> LimpCase {
 #[test]
 fn golden_scenes() {
     let Some(device) = device_or_skip("limp: golden_scenes") else { return };
-    let cases = cases().into_iter().enumerate();
-    expect_golden(&device, cases.filter(|(number, _)| is_of_today(*number, 6)).map(|(_, case)| case));
+    expect_golden(&device, of_today(cases(), 6));
 }
 
 #[test]
 #[ignore = "takes minutes where software compiles"]
 fn every_golden_scene() {
     let Some(device) = device_or_skip("limp: every_golden_scene") else { return };
-    expect_golden(&device, cases().into_iter());
+    expect_golden(&device, cases());
 }
 
 /// At first in f32, row by row beside the CPU in f32; then, where the estimate leaves doubt, in f64 by the second attempt.
-fn expect_golden(device: &Device, cases: impl Iterator<Item = LimpCase>) {
+fn expect_golden(device: &Device, cases: Vec<LimpCase>) {
     let mut offenders = Vec::new();
     for case in cases {
         let plan = Plan::single(&case.scene, &[], options(Sensitivity::Auto)).expect("a valid plan");
@@ -103,7 +102,7 @@ fn derivatives() {
         ("two_coils_limp", Sensitivity::Reciprocity),
         ("two_coils_limp", Sensitivity::Forward),
     ];
-    for (_, (name, sensitivity)) in cases.into_iter().enumerate().filter(|(number, _)| is_of_today(*number, 2)) {
+    for (name, sensitivity) in of_today(cases, 2) {
         let make = |plan: &Plan| Box::new(gpu(&device, plan)) as Box<_>;
         let errors = measure(&named(name), options(sensitivity), make);
         println!("{sensitivity:?} {errors:?}");

@@ -1,6 +1,6 @@
 //! Shaders without a GPU: every piece validates, and its layout is the host's.
 
-use crate::common::day::is_of_today;
+use crate::common::day::{is_of_today, of_today};
 use rodsweep::backend::Precision;
 use rodsweep::gpu::shader::{
     Form, Generator, KERNELS, Kernel, Piece, REQUEST_FLOATS, REQUEST_WORDS, Value, WORKGROUP_SIZE, check,
@@ -162,18 +162,15 @@ fn every_kernel_validates_for_every_combination_of_terms() {
 /// A sixth of the kinds each day.
 #[test]
 fn every_kernel_validates_for_every_kind_of_derivative() {
-    let of_today = |lists: Vec<Vec<Parameter>>| {
-        lists.into_iter().enumerate().filter(|(number, _)| is_of_today(*number, 6)).map(|(_, list)| list)
-    };
     for sensitivity in [Sensitivity::Forward, Sensitivity::Reciprocity] {
         for plan in plans() {
-            for wrt in of_today(derivatives(&plan.scene, &KINDS)) {
+            for wrt in of_today(derivatives(&plan.scene, &KINDS), 6) {
                 let options = PlanOptions { sensitivity, ..plan.options };
                 validate(&Plan::new(&plan.scene, &plan.axes, &wrt, options).unwrap());
             }
         }
         let scene = general();
-        for wrt in of_today(derivatives(&scene, &GENERAL_KINDS)) {
+        for wrt in of_today(derivatives(&scene, &GENERAL_KINDS), 6) {
             let options = PlanOptions { stepper: Stepper::Rk4, sensitivity, ..PlanOptions::default() };
             // Some of all parameters follow from others and cannot be swept.
             let swept = if wrt.len() > 3 { &[][..] } else { &wrt };
