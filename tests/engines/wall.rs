@@ -13,7 +13,7 @@ use rodsweep::engines::second_attempt;
 use rodsweep::input::{parse_scene, read_scene};
 use rodsweep::model::{
     Axis, BaseWrench, ContactColumn, Matrix, Parameter, Plan, PlanOptions, Quantity, Rigid, Rod, RodField, RodSegment,
-    RodWall, Scene, SegmentKind, Side, Slot, Status, TipOnWall, Vector, Wall, WallShape,
+    RodWall, Scene, SegmentKind, Side, Slot, Solutions, Status, TipOnWall, Vector, Wall, WallParameter, WallShape,
 };
 use rodsweep::reference::{
     Equilibrium, Reference, TipContact, energy_of, shape, shape_with_derivatives, solve_rod, stability_at,
@@ -413,6 +413,45 @@ fn a_limp_rod_behind_its_wall_is_not_called_free() {
         let number = |column| solutions.contact(0, column);
         let is_free = number(ContactColumn::Touching) == 0.0 && number(ContactColumn::Gap) < 0.0;
         assert!(!(solutions.status(0).is_success() && is_free), "{}", number(ContactColumn::Gap));
+    }
+}
+
+/// Rows of a search that are not confirmed yet: the path without care leads where the one with care does, or it leads nowhere.
+#[test]
+fn bold_paths_lead_to_the_rows_of_careful_ones_or_nowhere() {
+    const ROWS: usize = 512;
+    for name in ["p6-held", "two-coil-plane", "p6-gradient"] {
+        let mut scene = named(name).scene;
+        let rod = scene.rod();
+        let tip = solve_rod(&under_dead_force(&rod, [0.0; 3]), &[]).p_tip;
+        let length = rod.total_length();
+        if let Some(wall) = &mut scene.wall {
+            wall.tip = TipOnWall::Sticks(tip);
+        }
+        let axes = Axis::ALL.map(|axis| vec![Parameter::Wall(WallParameter::Anchor(axis))]).to_vec();
+        let plan = Plan::new(&scene, &axes, &[], PlanOptions::default()).expect("a plan");
+        let mut random = Random(today());
+        let near = |away: Vector| -> Vector { std::array::from_fn(|axis| tip[axis] + away[axis]) };
+        let anchors: Vec<Vector> = (0..ROWS).map(|_| near(random.vector(0.3 * length))).collect();
+        let batch = plan.batch(ROWS, |row, values| values.copy_from_slice(&anchors[row]));
+        let solve = |bold: bool| {
+            let plan = plan.with_options(PlanOptions { bold, ..plan.options });
+            let mut engine = Cpu::new(&plan, Precision::F64).expect("instructions of this machine");
+            engine.solve(&batch).expect("solved")
+        };
+        let (bold, careful) = (solve(true), solve(false));
+        let found: Vec<usize> = (0..ROWS).filter(|row| bold.status(*row).is_success()).collect();
+        let unsettled = |row: &usize| bold.status(*row) == Status::Pending && careful.status(*row).is_success();
+        let missed = (0..ROWS).filter(unsettled).count();
+        let is_other = |row: &&usize| {
+            let tip = |rows: &Solutions| rows.vector(**row, Quantity::TipPosition);
+            let apart = difference(&tip(&bold), &tip(&careful));
+            !careful.status(**row).is_success() || apart > 1e-5 * length
+        };
+        let others = found.iter().filter(is_other).count();
+        assert!(100 * others <= found.len(), "{name}: {others} of {} are other equilibria", found.len());
+        assert!(3 * missed <= found.len(), "{name}: {missed} were missed, {} found", found.len());
+        assert!(found.len() > ROWS / 8, "{name}: {} found", found.len());
     }
 }
 

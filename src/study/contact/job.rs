@@ -4,7 +4,7 @@ use super::error::ContactError;
 use super::lattice::{Region, WallLattice};
 use super::map::{Answer, Cause, ContactMap, PointResult};
 use super::robust::{ContactDesign, RobustContact};
-use super::rows::{HeldRod, Row, net};
+use super::rows::{Ask, HeldRod, Row, net};
 use super::search::{Aim, Forecast, INSIDE, Learned, Rules, Search, WELL_INSIDE};
 use crate::draw::count;
 use crate::engines::EngineRequest;
@@ -30,6 +30,8 @@ const SCATTER: f64 = 0.3;
 /// Answers of neighbours from which a coarse point begins.
 const COARSE: usize = 2;
 const MODES: usize = 4;
+/// Answers of a neighbour, the best first, that are looked at as starts.
+const PROMISING: usize = 2;
 /// Inputs so far from each other are of different answers.
 const APART: f64 = 0.2;
 /// How far from a neighbour's inputs those of a point are looked for.
@@ -122,9 +124,20 @@ impl Place {
         self.best(aim).or_else(|| self.most.first().filter(|_| aim == Aim::Least)?.best)
     }
 
+    fn searches_for(&mut self, aim: Aim) -> &mut Vec<Search> {
+        if aim == Aim::Least { &mut self.least } else { &mut self.most }
+    }
+
+    /// The answer to an aim is this row, solved with care.
+    fn confirm(&mut self, rules: &Rules, row: Row) {
+        if let Some(Search { best: Some((_, best)), .. }) = self.searches_for(rules.aim).first_mut() {
+            *best = row;
+        }
+    }
+
     /// Keeps a search if it is better than those that ended at about the same inputs.
     fn offer(&mut self, rules: &Rules, search: Search) {
-        let all = if rules.aim == Aim::Least { &mut self.least } else { &mut self.most };
+        let all = self.searches_for(rules.aim);
         all.push(search);
         all.sort_by(|a, b| rules.compare(a, b));
         let mut kept: Vec<Search> = Vec::new();
@@ -291,6 +304,7 @@ impl<'a> ContactJob<'a> {
             let trials = map.points.iter().enumerate().filter_map(start).collect();
             work.pursue(rules, trials)?;
             work.help_each_other(rules)?;
+            work.confirm(rules)?;
             let mut area = 0.0;
             for at in (0..work.places.len()).filter(|at| work.places[*at].is_reached()) {
                 robust.counts[at] += 1;
@@ -409,11 +423,14 @@ struct Trial {
     queue: Vec<Start>,
     search: Option<Search>,
     failures: Vec<Status>,
+    /// Whether every row is solved with care, and whether the next one is.
+    is_careful: bool,
+    needs_care: bool,
 }
 
 impl Trial {
     fn new(at: usize, queue: Vec<Start>) -> Trial {
-        Trial { at, queue, search: None, failures: Vec::new() }
+        Trial { at, queue, search: None, failures: Vec::new(), is_careful: false, needs_care: false }
     }
 
     fn next(&self) -> Option<Inputs> {
@@ -425,6 +442,12 @@ impl Trial {
 
     /// Takes in the row of what was to be solved next, at a point that may have an answer.
     fn judge(&mut self, rules: &Rules, row: Row, answer: Option<Row>) {
+        // A given force may be had next to a fold alone.
+        let seeks_force = |search: &Search| matches!(rules.aim, Aim::Ratio(_)) && search.best.is_none();
+        self.needs_care = row.status == Status::Pending && self.search.as_ref().is_none_or(seeks_force);
+        if self.needs_care {
+            return;
+        }
         if let Some(search) = &mut self.search {
             search.judge(rules, row);
         } else if let Some((inputs, learned)) = self.queue.pop() {
@@ -446,11 +469,13 @@ impl Work<'_, '_> {
         self.spread(self.rules)?;
         self.help_each_other(self.rules)?;
         self.mend(self.rules)?;
+        self.confirm(self.rules)?;
         if self.job.force.is_none() {
             let rules = Rules { aim: Aim::Least, ..self.rules };
             self.spread(rules)?;
             self.help_each_other(rules)?;
             self.mend(rules)?;
+            self.confirm(rules)?;
         }
         Ok(())
     }
@@ -480,7 +505,7 @@ impl Work<'_, '_> {
                 let mut starts: Vec<Start> = Vec::new();
                 for forecast in forecasts {
                     if starts.iter().all(|(other, _)| far(other, &forecast.inputs) > APART) {
-                        starts.push((forecast.inputs, forecast.learned));
+                        starts.push((forecast.inputs, *forecast.learned));
                     }
                 }
                 if number + 1 == count {
@@ -508,8 +533,10 @@ impl Work<'_, '_> {
     fn scatter(&mut self, rules: Rules, group: &[usize]) -> Result<(), ContactError> {
         let mut inputs = vec![[0.0; MOST_INPUTS]];
         inputs.extend(net(rules.count, NET, NET_SEED));
-        let each = |at: &usize| inputs.iter().map(|inputs| (self.lattice.points[*at], *inputs)).collect::<Vec<_>>();
-        let asked: Vec<(Vector, Inputs)> = group.iter().flat_map(each).collect();
+        let ask =
+            |at: &usize, inputs: &Inputs| Ask { place: self.lattice.points[*at], inputs: *inputs, has_care: false };
+        let each = |at: &usize| inputs.iter().map(|inputs| ask(at, inputs)).collect::<Vec<_>>();
+        let asked: Vec<Ask> = group.iter().flat_map(each).collect();
         let rows = self.rod.solve(&asked)?;
         let least = (rules.aim == Aim::Most).then_some(Rules { aim: Aim::Least, ..rules });
         for rules in [Some(rules), least].into_iter().flatten() {
@@ -546,7 +573,12 @@ impl Work<'_, '_> {
                 break;
             }
             let points = &self.lattice.points;
-            let asked: Vec<(Vector, Inputs)> = open.iter().map(|(trial, next)| (points[trial.at], *next)).collect();
+            let ask = |(trial, next): &(&mut Trial, Inputs)| Ask {
+                place: points[trial.at],
+                inputs: *next,
+                has_care: trial.is_careful || trial.needs_care,
+            };
+            let asked: Vec<Ask> = open.iter().map(ask).collect();
             let rows = self.rod.solve(&asked)?;
             let (places, interrupt) = (&self.places, self.job.interrupt);
             open.par_iter_mut().zip(rows).for_each(|((trial, _), row)| {
@@ -589,7 +621,7 @@ impl Work<'_, '_> {
                 };
                 let first = forecasts.iter().find(|forecast| promises(forecast))?;
                 // A forecast may lead to another equilibrium than its neighbour's; the neighbours' own inputs rarely do.
-                let mut starts: Vec<Start> = vec![(first.inputs, first.learned)];
+                let mut starts: Vec<Start> = vec![(first.inputs, *first.learned)];
                 let mut best: Vec<&Search> =
                     others.iter().filter_map(|other| places[*other].of(rules.aim).next()).collect();
                 best.sort_by(|a, b| rules.compare(a, b));
@@ -615,7 +647,8 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    /// Points whose answer is worse than those around it, as if it stayed on another equilibrium, begin from the inputs of all neighbours.
+    /// Points whose answer is worse than those around it, as if it stayed on another equilibrium, and points without one among such that
+    /// have one, begin from the inputs of all neighbours.
     fn mend(&mut self, rules: Rules) -> Result<(), ContactError> {
         let near = self.lattice.neighbours();
         for _ in 0..MENDS {
@@ -625,12 +658,18 @@ impl Work<'_, '_> {
                 goals.sort_by(f64::total_cmp);
                 goals.get(goals.len() / 2).is_some_and(|middle| own - middle > ODD * middle.abs().max(1.0))
             };
+            let is_hole = |others: &[usize]| {
+                let reached = others.iter().filter(|other| goal(**other).is_some()).count();
+                rules.aim != Aim::Least && reached > 0 && 2 * reached >= others.len()
+            };
             let start = |at: usize| {
-                let own = goal(at)?;
                 let others: Vec<usize> = near.of(at);
-                is_odd(own, &others).then(|| {
-                    let first = |other: usize| self.places[other].of(rules.aim).next().and_then(Search::start);
-                    let starts = others.into_iter().filter_map(first);
+                let is_odd = match goal(at) {
+                    Some(own) => is_odd(own, &others),
+                    None => is_hole(&others),
+                };
+                is_odd.then(|| {
+                    let starts = self.answers_of(&others, rules.aim);
                     starts.map(|start| Trial::new(at, vec![start])).collect::<Vec<_>>()
                 })
             };
@@ -638,6 +677,41 @@ impl Work<'_, '_> {
             self.pursue(rules, trials)?;
         }
         Ok(())
+    }
+
+    /// Solves all answers again with care. Where that finds another equilibrium, or none, the point begins again from those inputs and from
+    /// its neighbours', each row with care.
+    fn confirm(&mut self, rules: Rules) -> Result<(), ContactError> {
+        let open: Vec<(usize, Inputs, Row)> = (0..self.places.len())
+            .filter_map(|at| self.places[at].best(rules.aim).map(|(inputs, row)| (at, inputs, row)))
+            .filter(|(_, _, row)| !row.has_care)
+            .collect();
+        let points = &self.lattice.points;
+        let ask = |(at, inputs, _): &(usize, Inputs, Row)| Ask { place: points[*at], inputs: *inputs, has_care: true };
+        let rows = self.rod.solve(&open.iter().map(ask).collect::<Vec<_>>())?;
+        let mut others = Vec::new();
+        for ((at, inputs, bold), row) in open.into_iter().zip(rows) {
+            if row.is_same(&bold, rules.unit) && rules.holds(&row) {
+                self.places[at].confirm(&rules, row);
+            } else {
+                self.places[at].searches_for(rules.aim).clear();
+                others.push((at, inputs));
+            }
+        }
+        let near = self.lattice.neighbours();
+        let starts = |(at, inputs): (usize, Inputs)| {
+            let neighbours = near.of(at);
+            let starts = self.answers_of(&neighbours, rules.aim).chain([(inputs, Learned::default())]);
+            let careful = |start: Start| Trial { is_careful: true, ..Trial::new(at, vec![start]) };
+            starts.map(careful).collect::<Vec<_>>()
+        };
+        let trials = others.into_iter().flat_map(starts).collect();
+        self.pursue(rules, trials)
+    }
+
+    /// The answers of points, as starts of others.
+    fn answers_of(&self, points: &[usize], aim: Aim) -> impl Iterator<Item = Start> {
+        points.iter().filter_map(move |point| self.places[*point].of(aim).next().and_then(Search::start))
     }
 
     /// Tells how many points are done.
@@ -656,12 +730,19 @@ impl Work<'_, '_> {
 }
 
 /// What neighbours and the point's own other answers promise, the best first.
-fn forecasts(lattice: &WallLattice, places: &[Place], rules: &Rules, at: usize, near: &[usize]) -> Vec<Forecast> {
+fn forecasts<'a>(
+    lattice: &WallLattice,
+    places: &'a [Place],
+    rules: &Rules,
+    at: usize,
+    near: &[usize],
+) -> Vec<Forecast<'a>> {
     let by = |other: usize| {
         let between = |of: &[Vector]| std::array::from_fn(|k| of[at][k] - of[other][k]);
         (between(&lattice.points), between(&lattice.normals))
     };
-    let of_neighbours = near.iter().flat_map(|other| places[*other].of(rules.aim).map(|search| (*other, search)));
+    let of_neighbours =
+        near.iter().flat_map(|other| places[*other].of(rules.aim).take(PROMISING).map(|search| (*other, search)));
     // The least force begins from the most, too.
     let own = places[at].most.iter().filter(|_| rules.aim == Aim::Least).map(|search| (at, search));
     let found = of_neighbours.chain(own).filter_map(|(other, search)| search.forecast(rules, by(other), FORECAST));

@@ -9,8 +9,9 @@ pub(super) struct Programme {
     pub low: Vec<f64>,
     /// At least `low`; may be infinite.
     pub high: Vec<f64>,
-    /// Coefficients and limit of each row.
-    pub rows: Vec<(Vec<f64>, f64)>,
+    /// Coefficients of each row, one row after the other, and its limit.
+    pub rows: Vec<f64>,
+    pub limits: Vec<f64>,
     /// A variable that begins at its upper bound, such as one that lets every row hold there.
     pub elastic: Option<usize>,
 }
@@ -19,6 +20,8 @@ pub(super) struct Programme {
 const ZERO: f64 = 1e-10;
 /// What phase one may leave of the largest violation.
 const FEASIBLE: f64 = 1e-8;
+/// Columns, at most: so much of a row is copied without asking for memory.
+const MOST_COLUMNS: usize = 16;
 /// Pivots, at most, and from which on the first improving column is taken in place of the steepest, so that none cycles.
 const MOST_PIVOTS: usize = 400;
 const CAREFUL: usize = 100;
@@ -40,16 +43,23 @@ struct Dictionary {
 }
 
 impl Programme {
+    /// Adds a row.
+    pub(super) fn keep(&mut self, row: &[f64], limit: f64) {
+        self.rows.extend_from_slice(row);
+        self.limits.push(limit);
+    }
+
     /// Values of the variables; `None` where no values satisfy all rows, or the cost has no bound.
     pub(super) fn solve(&self) -> Option<Vec<f64>> {
-        let (variables, rows) = (self.cost.len(), self.rows.len());
+        let (variables, rows) = (self.cost.len(), self.limits.len());
         let columns = variables + 1;
+        assert!(columns <= MOST_COLUMNS, "{variables} variables");
         let artificial = variables + rows;
         let mut room: Vec<f64> = self.low.iter().zip(&self.high).map(|(low, high)| high - low).collect();
         room.resize(artificial + 1, f64::INFINITY);
         let mut entries = Vec::with_capacity(rows * columns);
         let mut values = Vec::with_capacity(rows);
-        for (row, limit) in &self.rows {
+        for (row, limit) in self.rows.chunks_exact(variables).zip(&self.limits) {
             entries.extend_from_slice(row);
             entries.push(-1.0);
             values.push(limit - row.iter().zip(&self.low).map(|(a, low)| a * low).sum::<f64>());
@@ -157,15 +167,16 @@ impl Dictionary {
         self.entries[own..own + columns].iter_mut().for_each(|a| *a *= inverse);
         self.entries[own + column] = inverse;
         self.values[row] *= inverse;
-        let of_row: Vec<f64> = self.entries[own..own + columns].to_vec();
+        let mut of_row = [0.0; MOST_COLUMNS];
+        of_row[..columns].copy_from_slice(&self.entries[own..own + columns]);
         let value = self.values[row];
-        for other in (0..self.values.len()).filter(|other| *other != row) {
-            let entries = &mut self.entries[other * columns..(other + 1) * columns];
+        let rows = self.entries.chunks_exact_mut(columns).zip(&mut self.values).enumerate();
+        for (_, (entries, to)) in rows.filter(|(other, _)| *other != row) {
             let factor = entries[column];
             if factor != 0.0 {
                 entries[column] = 0.0;
                 entries.iter_mut().zip(&of_row).for_each(|(a, b)| *a -= factor * b);
-                self.values[other] -= factor * value;
+                *to -= factor * value;
             }
         }
         for costs in &mut self.costs {
@@ -221,11 +232,15 @@ mod tests {
         (0..from).flat_map(with).collect()
     }
 
+    fn rows_of(of: &Programme) -> Vec<(Vec<f64>, f64)> {
+        of.rows.chunks(of.cost.len()).map(<[f64]>::to_vec).zip(of.limits.iter().copied()).collect()
+    }
+
     /// The least cost over all corners.
     fn least_of_corners(of: &Programme) -> Option<f64> {
         let n = of.cost.len();
         let unit = |k: usize, sign: f64| (0..n).map(|j| if j == k { sign } else { 0.0 }).collect::<Vec<f64>>();
-        let mut all = of.rows.clone();
+        let mut all = rows_of(of);
         all.extend((0..n).map(|k| (unit(k, 1.0), of.high[k])));
         all.extend((0..n).map(|k| (unit(k, -1.0), -of.low[k])));
         let corners = choices(all.len(), n).into_iter().filter_map(|chosen| {
@@ -253,15 +268,16 @@ mod tests {
             let low: Vec<f64> = vector(n).iter().map(|x| -x.abs()).collect();
             let high: Vec<f64> = vector(n).iter().map(|x| x.abs()).collect();
             let cost = vector(n);
-            let rows: Vec<(Vec<f64>, f64)> = (0..m).map(|_| (vector(n), 0.4 * vector(1)[0] + 0.1)).collect();
-            let programme = Programme { cost, low, high, rows, elastic: (case % 3 == 0).then_some(0) };
+            let elastic = (case % 3 == 0).then_some(0);
+            let mut programme = Programme { cost, low, high, elastic, ..Programme::default() };
+            (0..m).for_each(|_| programme.keep(&vector(n), 0.4 * vector(1)[0] + 0.1));
             let (found, best) = (programme.solve(), least_of_corners(&programme));
             impossible += usize::from(best.is_none());
             match (found, best) {
                 (Some(x), Some(best)) => {
                     assert!((dot(&programme.cost, &x) - best).abs() < 1e-8, "{case}: {x:?}, {best}");
                     let holds = |(row, limit): &(Vec<f64>, f64)| dot(row, &x) <= limit + 1e-8;
-                    assert!(programme.rows.iter().all(holds), "{case}: {x:?}");
+                    assert!(rows_of(&programme).iter().all(holds), "{case}: {x:?}");
                     let within = |k: usize| programme.low[k] - 1e-9 <= x[k] && x[k] <= programme.high[k] + 1e-9;
                     assert!((0..n).all(within), "{case}: {x:?}");
                 }
@@ -275,18 +291,16 @@ mod tests {
     #[test]
     fn a_circle_of_many_sides_ends() {
         // Every side touches the same point: corners coincide.
-        let side = |k: usize| {
-            let angle = k as f64 * std::f64::consts::TAU / 24.0;
-            (vec![angle.cos(), angle.sin(), -1.0], 0.0)
-        };
-        let rows = (0..24).map(side).collect();
-        let programme = Programme {
+        let mut programme = Programme {
             cost: vec![0.1, 0.2, 1.0],
             low: vec![-1.0, -1.0, 0.0],
             high: vec![1.0, 1.0, f64::INFINITY],
-            rows,
-            elastic: None,
+            ..Programme::default()
         };
+        for k in 0..24 {
+            let angle = k as f64 * std::f64::consts::TAU / 24.0;
+            programme.keep(&[angle.cos(), angle.sin(), -1.0], 0.0);
+        }
         let x = programme.solve().expect("solved");
         assert!(x.iter().all(|x| x.abs() < 1e-9), "{x:?}");
     }
@@ -294,6 +308,6 @@ mod tests {
     #[test]
     fn what_has_no_bound_has_no_answer() {
         let (cost, low, high) = (vec![-1.0], vec![0.0], vec![f64::INFINITY]);
-        assert_eq!(Programme { cost, low, high, rows: Vec::new(), elastic: None }.solve(), None);
+        assert_eq!(Programme { cost, low, high, ..Programme::default() }.solve(), None);
     }
 }

@@ -16,6 +16,8 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
+/// Rows whose forces differ by less, over the unit of force or the force, are of one equilibrium.
+const SAME: f64 = 1e-4;
 /// Samples that choose the number of steps.
 const PILOT_SAMPLES: u64 = 64;
 const PILOT_SEED: u64 = 0x9170;
@@ -23,12 +25,24 @@ const PILOT_SEED: u64 = 0x9170;
 const LEAST_STEPS: usize = 6;
 /// Rows of one call for each thread, so that a flag is looked at in about a second; of the reference a row may take that long.
 const ROWS: usize = 128;
+const ROWS_WITHOUT_CARE: usize = 1024;
 const ROWS_OF_REFERENCE: usize = 1;
+
+/// A row that is asked for: where the tip is held, and the inputs. With care it is what a sweep finds; without, it costs a tenth near
+/// folds, but is to be confirmed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ask {
+    pub place: Vector,
+    pub inputs: Inputs,
+    pub has_care: bool,
+}
 
 /// A tip held at a point of the wall.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     pub status: Status,
+    /// Whether it was solved with care.
+    pub has_care: bool,
     /// Of rod and wall together.
     pub margin: f64,
     /// Of the wall where the tip is.
@@ -50,12 +64,20 @@ impl Row {
     pub(super) fn friction(&self) -> f64 {
         self.along[0].hypot(self.along[1])
     }
+
+    /// Whether it is the equilibrium of another row of the same place and inputs; forces count by the unit.
+    pub(super) fn is_same(&self, other: &Row, unit: f64) -> bool {
+        let apart = (self.normal_force - other.normal_force).abs().max((self.friction() - other.friction()).abs());
+        self.status.is_success() && apart <= SAME * unit.max(other.normal_force.abs())
+    }
 }
 
 /// Solves held tips.
 pub(super) struct HeldRod<'a> {
     table: HeldTable,
-    rest: Box<dyn Backend>,
+    careful: Box<dyn Backend>,
+    /// On paths without care; `None`: all rows are solved with care.
+    bold: Option<Box<dyn Backend>>,
     solves: u64,
     interrupt: Option<&'a AtomicBool>,
 }
@@ -96,7 +118,11 @@ impl<'a> HeldRod<'a> {
         axes.extend(Axis::ALL.map(|axis| vec![Parameter::Wall(WallParameter::Anchor(axis))]));
         let by: Vec<Parameter> = axes.iter().flatten().copied().collect();
         let plan = Plan::new(&held, &axes, &by, options)?;
-        let rest = engine.make(&plan)?;
+        let careful = engine.make(&plan)?;
+        let bold = match engine.kind() {
+            BackendKind::Cpu => Some(engine.make(&plan.with_options(PlanOptions { bold: true, ..plan.options }))?),
+            _ => None,
+        };
         let mut first = 0;
         let of_input = |input: &WorkspaceInput| {
             let own = first..first + input.parameters.len();
@@ -105,7 +131,7 @@ impl<'a> HeldRod<'a> {
         };
         let derivatives = inputs.iter().map(of_input).collect();
         let table = HeldTable { inputs: inputs.to_vec(), derivatives, axes, plan };
-        Ok(HeldRod { table, rest, solves: 0, interrupt })
+        Ok(HeldRod { table, careful, bold, solves: 0, interrupt })
     }
 
     /// EI/L² of the rod (N).
@@ -115,12 +141,12 @@ impl<'a> HeldRod<'a> {
 
     /// What solves, for a person.
     pub(super) fn engine(&self) -> String {
-        self.rest.info().to_string()
+        self.careful.info().to_string()
     }
 
     /// Engine, precision, stepper, steps and tolerance.
     pub(super) fn method(&self) -> SolutionMethod {
-        SolutionMethod::of(&self.rest.info(), &self.table.plan)
+        SolutionMethod::of(&self.careful.info(), &self.table.plan)
     }
 
     /// Equilibria computed so far.
@@ -135,8 +161,8 @@ impl<'a> HeldRod<'a> {
 
     /// Tip and force of an equilibrium, for the reference to solve again; `None` where the engine finds no equilibrium.
     pub(super) fn claim(&mut self, place: Vector, at: Inputs) -> Result<Option<(Claim, Press)>, ContactError> {
-        let batch = self.table.batch(&[(place, at)]);
-        let solutions = self.rest.solve(&batch)?;
+        let batch = self.table.batch(&[Ask { place, inputs: at, has_care: true }]);
+        let solutions = self.careful.solve(&batch)?;
         let mut inputs = vec![0.0; self.table.axes.len()];
         self.table.write(&place, &at, &mut inputs);
         let claim = Claim {
@@ -151,19 +177,37 @@ impl<'a> HeldRod<'a> {
         Ok(solutions.status(0).is_success().then_some((claim, press)))
     }
 
-    /// One row for each place and inputs. A search goes on without those that find no equilibrium: there are no second attempts.
-    pub(super) fn solve(&mut self, asked: &[(Vector, Inputs)]) -> Result<Vec<Row>, ContactError> {
+    /// One row for each that is asked. A search goes on without those that find no equilibrium: there are no second attempts.
+    pub(super) fn solve(&mut self, asked: &[Ask]) -> Result<Vec<Row>, ContactError> {
+        let is_bold = |ask: &Ask| self.bold.is_some() && !ask.has_care;
+        let (bold, careful): (Vec<usize>, Vec<usize>) = (0..asked.len()).partition(|k| is_bold(&asked[*k]));
+        let mut rows: Vec<Option<Row>> = vec![None; asked.len()];
+        for (has_care, places) in [(false, bold), (true, careful)] {
+            let asked: Vec<Ask> = places.iter().map(|k| asked[*k]).collect();
+            let found = self.solve_alike(&asked, has_care)?;
+            places.into_iter().zip(found).for_each(|(k, row)| rows[k] = Some(row));
+        }
+        Ok(rows.into_iter().flatten().collect())
+    }
+
+    /// Rows that are all solved with care, or all without.
+    fn solve_alike(&mut self, asked: &[Ask], has_care: bool) -> Result<Vec<Row>, ContactError> {
         let mut rows = Vec::with_capacity(asked.len());
-        let each = if self.rest.info().kind == BackendKind::Reference { ROWS_OF_REFERENCE } else { ROWS };
-        let size = (each * rayon::current_num_threads()).min(self.rest.batch_size()).max(1);
+        let engine = self.bold.as_mut().filter(|_| !has_care).unwrap_or(&mut self.careful);
+        let each = match (engine.info().kind, has_care) {
+            (BackendKind::Reference, _) => ROWS_OF_REFERENCE,
+            (_, true) => ROWS,
+            (_, false) => ROWS_WITHOUT_CARE,
+        };
+        let size = (each * rayon::current_num_threads()).min(engine.batch_size()).max(1);
         for asked in asked.chunks(size) {
             if is_raised(self.interrupt) {
                 return Err(ContactError::Interrupted);
             }
-            let solutions = self.rest.solve(&self.table.batch(asked))?;
+            let solutions = engine.solve(&self.table.batch(asked))?;
             self.solves += asked.len() as u64;
             let table = &self.table;
-            let read = |row: usize| table.row(&solutions, row);
+            let read = |row: usize| Row { has_care, ..table.row(&solutions, row) };
             rows.par_extend((0..asked.len()).into_par_iter().with_min_len(64).map(read));
         }
         Ok(rows)
@@ -181,10 +225,10 @@ struct HeldTable {
 }
 
 impl HeldTable {
-    fn batch(&self, asked: &[(Vector, Inputs)]) -> Batch {
+    fn batch(&self, asked: &[Ask]) -> Batch {
         self.plan.batch(asked.len(), |row, values| {
-            if let Some((place, at)) = asked.get(row) {
-                self.write(place, at, values);
+            if let Some(ask) = asked.get(row) {
+                self.write(&ask.place, &ask.inputs, values);
             }
         })
     }
@@ -215,6 +259,7 @@ impl HeldTable {
         let driven = self.derivatives.last().map_or(0, |own| own.end);
         Row {
             status: solutions.status(row),
+            has_care: true,
             margin: solutions.get(row, Quantity::StabilityMargin),
             normal,
             normal_force: solutions.contact(row, ContactColumn::NormalForce),

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
 /// Sides of the polygon around the cone of friction, and cuts that one step may add where it leaves the cone.
-const SIDES: usize = 12;
+const SIDES: usize = 6;
 const MOST_CUTS: usize = 8;
 /// How far a step may leave the cone before that is cut, over the cone's radius: less than searches aim inside of it.
 const CUT: f64 = 2e-5;
@@ -213,43 +213,58 @@ fn squared(margin: f64) -> f64 {
 
 /// How forces and margin follow the inputs near a row; forces over the unit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Model {
+pub(super) struct Model<'a> {
     force: f64,
     along: [f64; 2],
     /// Of the margin, with its sign.
     square: f64,
     rates: [[f64; 3]; MOST_INPUTS],
-    learned: Learned,
+    learned: &'a Learned,
     edge: Edge,
 }
 
-impl Model {
-    fn new(rules: &Rules, row: &Row, learned: &Learned) -> Model {
+impl<'a> Model<'a> {
+    fn new(rules: &Rules, row: &Row, learned: &'a Learned) -> Model<'a> {
         Model {
             force: row.normal_force / rules.unit,
             along: row.along.map(|x| x / rules.unit),
             square: squared(row.margin),
             rates: row.rates.map(|rate| rate.map(|x| x / rules.unit)),
-            learned: *learned,
+            learned,
             edge: Edge::default(),
         }
     }
 
     /// The same about inputs a step away.
-    fn after(&self, count: usize, step: &Inputs) -> Model {
-        let mut to = *self;
+    fn after(&self, count: usize, step: &Inputs) -> Model<'a> {
+        let mut to = self.straight_after(count, step);
         for (of, curve) in self.learned.curves.iter().enumerate() {
-            let bend: Inputs = std::array::from_fn(|k| (0..count).map(|j| curve[k][j] * step[j]).sum());
-            let gained: f64 = (0..count).map(|k| (self.rates[k][of] + 0.5 * bend[k]) * step[k]).sum();
-            match of {
-                0 => to.force += gained,
-                _ => to.along[of - 1] += gained,
+            for k in 0..count {
+                let bend: f64 = (0..count).map(|j| curve[k][j] * step[j]).sum();
+                to.add(of, 0.5 * bend * step[k]);
+                to.rates[k][of] += bend;
             }
-            (0..count).for_each(|k| to.rates[k][of] += bend[k]);
+        }
+        to
+    }
+
+    /// Without second derivatives.
+    fn straight_after(&self, count: usize, step: &Inputs) -> Model<'a> {
+        let mut to = *self;
+        for of in 0..3 {
+            to.add(of, (0..count).map(|k| self.rates[k][of] * step[k]).sum());
         }
         to.edge.level += dot_inputs(&self.edge.rates, step);
         to.square += (0..count).map(|k| self.learned.margin_rates[k] * step[k]).sum::<f64>();
         to
+    }
+
+    /// To the force along the normal or one of those across it.
+    fn add(&mut self, of: usize, gained: f64) {
+        match of {
+            0 => self.force += gained,
+            _ => self.along[of - 1] += gained,
+        }
     }
 
     fn margin(&self) -> f64 {
@@ -260,7 +275,7 @@ impl Model {
         self.along[0].hypot(self.along[1])
     }
 
-    fn forecast(&self, rules: &Rules, inputs: Inputs) -> Forecast {
+    fn forecast(&self, rules: &Rules, inputs: Inputs) -> Forecast<'a> {
         let (force, friction) = (self.force, self.friction());
         let goal = match rules.aim {
             Aim::Most => -force,
@@ -272,7 +287,7 @@ impl Model {
     }
 
     /// With the tip held at a place beside, of another normal.
-    fn shifted(mut self, rules: &Rules, row: &Row, (shift, turn): (Vector, Vector)) -> Model {
+    fn shifted(mut self, rules: &Rules, row: &Row, (shift, turn): (Vector, Vector)) -> Model<'a> {
         let moved = |of: usize| (0..3).map(|axis| row.drift[axis][of] * shift[axis]).sum::<f64>() / rules.unit;
         // The frame turns with the normal: what pressed along it presses across it.
         let tilt = across(row.normal).map(|t| dot(t, turn));
@@ -285,14 +300,14 @@ impl Model {
 
 /// Where a model's best step within a box leads.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Forecast {
+pub(super) struct Forecast<'a> {
     pub inputs: Inputs,
-    pub learned: Learned,
+    pub learned: &'a Learned,
     goal: f64,
     violation: f64,
 }
 
-impl Forecast {
+impl Forecast<'_> {
     /// Whether it is a better answer than a row, by a share of its force.
     pub(super) fn is_better(&self, rules: &Rules, than: &Row, share: f64) -> bool {
         let least = share * (than.normal_force / rules.unit).max(LEAST_FORCE);
@@ -361,7 +376,7 @@ impl Search {
     }
 
     /// What the search promises of a place beside, at a shift and a turn of the normal, within a radius.
-    pub(super) fn forecast(&self, rules: &Rules, by: (Vector, Vector), radius: f64) -> Option<Forecast> {
+    pub(super) fn forecast(&self, rules: &Rules, by: (Vector, Vector), radius: f64) -> Option<Forecast<'_>> {
         let (at, row) = self.best.unwrap_or((self.at, self.row));
         let model = Model::new(rules, &row, &self.learned).shifted(rules, &row, by);
         best_within(rules, &model, &at, (radius, FIRST_WEIGHT), FEW)
@@ -463,13 +478,13 @@ const FEW: usize = 5;
 const MANY: usize = 300;
 
 /// The best inputs of a model within a radius, bounds violated at a price.
-fn best_within(
+fn best_within<'a>(
     rules: &Rules,
-    model: &Model,
+    model: &Model<'a>,
     at: &Inputs,
     (radius, weight): (f64, f64),
     most: usize,
-) -> Option<Forecast> {
+) -> Option<Forecast<'a>> {
     let mut best = model.forecast(rules, *at);
     let mut near = *model;
     let mut within = radius;
@@ -482,9 +497,8 @@ fn best_within(
             std::array::from_fn(|k| (bound(k, -1.0).min(best.inputs[k]), bound(k, 1.0).max(best.inputs[k])));
         let Some(inputs) = step(rules, &near, &best.inputs, &box_of, weight) else { break };
         let moved = |from: &Inputs| -> Inputs { std::array::from_fn(|k| inputs[k] - from[k]) };
-        let linear = Model { learned: Learned { curves: Default::default(), ..near.learned }, ..near };
-        let promised =
-            best.merit(weight) - linear.after(rules.count, &moved(&best.inputs)).forecast(rules, inputs).merit(weight);
+        let straight = near.straight_after(rules.count, &moved(&best.inputs));
+        let promised = best.merit(weight) - straight.forecast(rules, inputs).merit(weight);
         if promised <= 0.01 * PROMISE * near.force.abs().max(LEAST_FORCE) {
             break;
         }
@@ -505,7 +519,13 @@ fn best_within(
 }
 
 /// The step within a box about inputs that a model promises most of, bounds violated at a price.
-fn step(rules: &Rules, model: &Model, at: &Inputs, box_of: &[(f64, f64); MOST_INPUTS], weight: f64) -> Option<Inputs> {
+fn step(
+    rules: &Rules,
+    model: &Model<'_>,
+    at: &Inputs,
+    box_of: &[(f64, f64); MOST_INPUTS],
+    weight: f64,
+) -> Option<Inputs> {
     let (count, unit) = (rules.count, rules.unit);
     let is_ratio = matches!(rules.aim, Aim::Ratio(_));
     let (bound, elastic) = (count, count + 1);
@@ -530,41 +550,50 @@ fn step(rules: &Rules, model: &Model, at: &Inputs, box_of: &[(f64, f64); MOST_IN
     let any = any + most(&|k| model.learned.margin_rates[k]);
     let reserve = 1.0 + 2.0 * (now + any * (1.0 + rules.friction));
     high.extend([if is_ratio { f64::INFINITY } else { 0.0 }, reserve]);
-    let mut rows: Vec<(Vec<f64>, f64)> = Vec::with_capacity(SIDES + MOST_CUTS + 4);
-    let side = |angle: f64| {
-        let (b, a) = angle.sin_cos();
-        let mut side = vec![0.0; variables];
+    let rows = Vec::with_capacity((SIDES + MOST_CUTS + 4) * variables);
+    let limits = Vec::with_capacity(SIDES + MOST_CUTS + 4);
+    let mut programme = Programme { cost, low, high, rows, limits, elastic: Some(elastic) };
+    // A side of the polygon whose normal has these two parts.
+    let side = |programme: &mut Programme, [a, b]: [f64; 2]| {
+        let mut side = [0.0; MOST_INPUTS + 2];
+        let side = &mut side[..variables];
         let own = |k: usize| a * rate(k, 1) + b * rate(k, 2);
         let along = a * along[0] + b * along[1];
         if is_ratio {
             (0..count).for_each(|k| side[k] = own(k));
             side[bound] = -1.0;
-            return (side, -along);
+            return programme.keep(side, -along);
         }
         let friction = (1.0 - rules.inside) * rules.friction;
         (0..count).for_each(|k| side[k] = own(k) - friction * rate(k, 0));
         side[elastic] = -1.0;
-        (side, friction * force - along - rules.friction * APEX * rules.floor / unit)
+        programme.keep(side, friction * force - along - rules.friction * APEX * rules.floor / unit);
     };
-    let now_at = along[1].atan2(along[0]);
-    rows.extend((0..SIDES).map(|k| side(now_at + k as f64 * TAU / SIDES as f64)));
-    let mut keep = |of: &dyn Fn(usize) -> f64, limit: f64| {
-        let mut kept: Vec<f64> = (0..count).map(of).collect();
-        kept.extend([0.0, -1.0]);
-        rows.push((kept, limit));
+    let toward = |along: [f64; 2]| {
+        let size = along[0].hypot(along[1]);
+        if size > 0.0 { along.map(|x| x / size) } else { [1.0, 0.0] }
+    };
+    let [a, b] = toward(along);
+    for k in 0..SIDES {
+        let (sin, cos) = (k as f64 * TAU / SIDES as f64).sin_cos();
+        side(&mut programme, [cos * a - sin * b, sin * a + cos * b]);
+    }
+    let keep = |programme: &mut Programme, of: &dyn Fn(usize) -> f64, last: f64, limit: f64| {
+        let mut kept = [0.0; MOST_INPUTS + 2];
+        (0..count).for_each(|k| kept[k] = of(k));
+        kept[elastic] = last;
+        programme.keep(&kept[..variables], limit);
     };
     match rules.aim {
         Aim::Ratio(wanted) => {
-            keep(&|k| rate(k, 0), wanted / unit - force);
-            keep(&|k| -rate(k, 0), force - wanted / unit);
+            keep(&mut programme, &|k| rate(k, 0), -1.0, wanted / unit - force);
+            keep(&mut programme, &|k| -rate(k, 0), -1.0, force - wanted / unit);
         }
-        _ => keep(&|k| -rate(k, 0), force - ABOVE * rules.floor / unit),
+        _ => keep(&mut programme, &|k| -rate(k, 0), -1.0, force - ABOVE * rules.floor / unit),
     }
-    keep(&|k| -model.learned.margin_rates[k], model.square - (rules.minimum_margin + INSIDE).powi(2));
-    let mut apart: Vec<f64> = (0..count).map(|k| -model.edge.rates[k]).collect();
-    apart.extend([0.0; 2]);
-    rows.push((apart, (model.edge.level - NEAREST).max(0.0)));
-    let mut programme = Programme { cost, low, high, rows, elastic: Some(elastic) };
+    let least = (rules.minimum_margin + INSIDE).powi(2);
+    keep(&mut programme, &|k| -model.learned.margin_rates[k], -1.0, model.square - least);
+    keep(&mut programme, &|k| -model.edge.rates[k], 0.0, (model.edge.level - NEAREST).max(0.0));
     for cuts in 0..=MOST_CUTS {
         let x = programme.solve()?;
         let after = |from: f64, of: usize| from + (0..count).map(|k| rate(k, of) * x[k]).sum::<f64>();
@@ -576,7 +605,7 @@ fn step(rules: &Rules, model: &Model, at: &Inputs, box_of: &[(f64, f64); MOST_IN
         };
         let size = if is_ratio { x[bound] } else { rules.friction * force };
         if out > CUT * size.abs().max(ROUND_OFF) && cuts < MOST_CUTS {
-            programme.rows.push(side(along[1].atan2(along[0])));
+            side(&mut programme, toward(along));
             continue;
         }
         let moved = |k: usize| (at[k] + x[k]).clamp(-1.0, 1.0);

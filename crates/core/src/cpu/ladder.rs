@@ -33,6 +33,8 @@ pub struct Course {
     /// Every sample is solved by multiple shooting.
     pub by_nodes: bool,
     pub anchors: bool,
+    /// Paths without care are all.
+    pub bold: bool,
     /// The wall of a uniform field, without which the rods have been solved before.
     pub wall: Option<WallKind>,
 }
@@ -109,6 +111,10 @@ impl Course {
             FreeTip, GuardedSteps, GuardedWall, LimpShooting, LoadSteps, MultipleShooting,
         };
         match *self {
+            Course { bold: true, wall: Some(WallKind { sticks: true, .. }), .. } => &[ComingWall],
+            Course { bold: true, wall: Some(_), .. } => &[FreeTip, ComingWall],
+            Course { bold: true, varying: true, .. } => &[FieldSteps],
+            Course { bold: true, .. } => &[LoadSteps],
             Course { wall: Some(WallKind { sticks: true, .. }), .. } => {
                 &[ComingWall, FieldCurve, GuardedWall, FieldGuardedSteps, FieldFineSteps]
             }

@@ -376,7 +376,8 @@ impl Plan {
             self.derivatives.iter().map(|derivative| derivative.parameter.chain(&self.scene)).collect();
         let chains = chains.iter().map(Vec::as_slice);
         let forward = is_forward(&scene, &terms, chains, self.options.sensitivity).ok()?;
-        Some(Plan { terms, forward, ..self.clone() })
+        let options = PlanOptions { bold: false, ..self.options };
+        Some(Plan { terms, forward, options, ..self.clone() })
     }
 
     /// The scene with a sample's axis values in place. Insertion is applied after the other lengths.

@@ -34,6 +34,9 @@ pub struct PlanOptions {
     /// Whether solutions hold the force at the base where the field varies, so that they can be started from again, and with
     /// `base_moment_rows` how it follows each parameter. The CPU engine alone tells it.
     pub base_force: bool,
+    /// Whether paths without care are all, and trust narrow passes: for searches whose answers are solved again. What they do not lead
+    /// to an equilibrium is pending. The CPU engine alone does so.
+    pub bold: bool,
 }
 
 /// How derivatives are computed.
@@ -64,6 +67,7 @@ impl Default for PlanOptions {
             base_moment_rows: true,
             fold_rows: false,
             base_force: false,
+            bold: false,
         }
     }
 }

@@ -35,12 +35,13 @@ impl Cpu {
     }
 
     fn course(&self) -> Course {
-        let Program { field, searches, anchors, wall, .. } = &self.program;
+        let Program { field, searches, anchors, bold, wall, .. } = &self.program;
         Course {
             varying: field.is_some(),
             searches: *searches,
             by_nodes: self.by_nodes,
             anchors: anchors.is_some(),
+            bold: *bold,
             wall: wall.as_ref().filter(|_| self.free.is_some()).map(|wall| wall.kind),
         }
     }
@@ -157,6 +158,12 @@ impl Cpu {
             }
             let unsolved = solved.into_iter().flat_map(|(_, left)| left);
             left = unsolved.filter(|at| !self.leaves_start(batch, *at)).chain(others).collect();
+        }
+        // The rows of those are of their free rods, or none.
+        if self.program.bold {
+            let is_open = |at: &usize| !matches!(solutions.status(*at), Status::Fold | Status::BadParameter);
+            let open: Vec<usize> = left.into_iter().filter(is_open).collect();
+            open.into_iter().for_each(|at| solutions.set_status(at, Status::Pending));
         }
     }
 

@@ -134,7 +134,7 @@ pub fn press<L: VaryingPasses>(
         let accept = converged & stable & presses & clear;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
         let reject = active & !accept & !go_on;
-        let is_narrow = if care { nobody } else { converged & margin.lt(one.constant(NEAR_MARGIN)) };
+        let is_narrow = if care || program.bold { nobody } else { converged & margin.lt(one.constant(NEAR_MARGIN)) };
 
         base = select::<L>(accept | go_on, (base.0 + dn, base.1 + dm), base);
         accepted = select::<L>(accept, base, accepted);

@@ -95,6 +95,8 @@ pub struct Program {
     pub searches: bool,
     /// Whether samples start from loads at the base that were found on another grid.
     pub starts_near: bool,
+    /// Whether paths without care are all, and trust narrow passes.
+    pub bold: bool,
     /// First column of the force at the base, where a search tells it.
     pub base_force: Option<usize>,
     /// First column of how the load of a fold follows each parameter, where that is asked for.
@@ -205,6 +207,7 @@ impl Program {
             start: plan.start,
             searches: plan.searches(),
             starts_near: plan.starts_near,
+            bold: plan.options.bold,
             base_force: plan.base_force_column(),
             fold: plan.fold_column(),
             anchors: plan.anchors.as_ref().filter(|_| plan.start.is_none()).and_then(anchor_columns(plan)),

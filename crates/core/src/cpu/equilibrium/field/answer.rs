@@ -207,7 +207,7 @@ fn write<L: VaryingPasses>(
     if let Some(wall) = wall {
         index = wall.index(rod, &tip, index, &workspace.pose, &workspace.matrix);
     }
-    let least = one.constant(if care { 0.0 } else { ANSWER_MARGIN });
+    let least = one.constant(if care || program.bold { 0.0 } else { ANSWER_MARGIN });
     let mut stable = index.lt(one.constant(0.5)) & least.lt(margin);
     if program.load_without_energy {
         stable = stable | (has_no_energy(rod) & one.constant(0.0).lt(determinant(&inverse)));

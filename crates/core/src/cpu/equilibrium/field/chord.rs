@@ -20,7 +20,7 @@ pub struct Check<L: Lane> {
 }
 
 /// Moves the load at the base to the fine grid's equilibrium by steps with the path's inverse, from the second on secant steps
-/// along the one before (Broyden's update). The last is one on twice the fine steps; returns what it found.
+/// along the one before (Broyden's update). The last is one on twice the fine steps, but for rods beside a wall; returns what it found.
 #[inline(always)]
 pub fn chord_steps<L: VaryingPasses>(
     problem: &Problem<'_, L>,
@@ -49,6 +49,10 @@ pub fn chord_steps<L: VaryingPasses>(
         end.passes = L::select(moving, end.passes + one, end.passes);
         (last, square) = (select::<L>(moving, step, last), L::select(moving, change * change, square));
         moving = moving & trusted & !change.lt(tolerance);
+    }
+    // That pass is made where the answer has settled.
+    if workspace.wall.is_some() {
+        return Check { base: end.base, tip: workspace.tip };
     }
     let check = check_pass(problem, end.base, workspace);
     let step = newton_step(problem, &check.tip, &end.inverse, workspace.wall.as_ref());

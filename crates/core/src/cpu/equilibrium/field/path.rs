@@ -164,7 +164,8 @@ pub fn follow_varying<L: VaryingPasses>(
         }
         let accept = converged & stable & clear & !leaps;
         let reject = active & !accept & !go_on;
-        let is_narrow = if care { nobody } else { converged & (!stable | margin.lt(one.constant(SAFE_MARGIN))) };
+        let least = one.constant(if program.bold { 0.0 } else { SAFE_MARGIN });
+        let is_narrow = if care { nobody } else { converged & (!stable | margin.lt(least)) };
         unstable = (unstable & !active) | (reject & converged & !stable);
         too_near = (too_near & !active) | (reject & (!is_far | (converged & passes_by)));
         outside = (outside & !active) | (reject & is_far & !is_inside);
