@@ -1,5 +1,7 @@
 //! Small linear programmes: the simplex method on a dense dictionary, with bounds on the variables.
 
+use crate::study::workspace::MOST_INPUTS;
+
 /// Least cost·x where rows·x are at most their limits and x lies within its bounds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Programme {
@@ -20,8 +22,8 @@ pub(super) struct Programme {
 const ZERO: f64 = 1e-10;
 /// What phase one may leave of the largest violation.
 const FEASIBLE: f64 = 1e-8;
-/// Columns, at most: so much of a row is copied without asking for memory.
-const MOST_COLUMNS: usize = 16;
+/// Columns, at most: those of all inputs, a bound, what is elastic, and what is artificial.
+const MOST_COLUMNS: usize = MOST_INPUTS + 3;
 /// Pivots, at most, and from which on the first improving column is taken in place of the steepest, so that none cycles.
 const MOST_PIVOTS: usize = 400;
 const CAREFUL: usize = 100;

@@ -159,9 +159,9 @@ impl Cpu {
             let unsolved = solved.into_iter().flat_map(|(_, left)| left);
             left = unsolved.filter(|at| !self.leaves_start(batch, *at)).chain(others).collect();
         }
-        // The rows of those are of their free rods, or none.
+        // A sample that is left has the row of its free rod, or none.
         if self.program.bold {
-            let is_open = |at: &usize| !matches!(solutions.status(*at), Status::Fold | Status::BadParameter);
+            let is_open = |at: &usize| self.free.is_none() || solutions.status(*at).is_success();
             let open: Vec<usize> = left.into_iter().filter(is_open).collect();
             open.into_iter().for_each(|at| solutions.set_status(at, Status::Pending));
         }
