@@ -444,7 +444,8 @@ impl Trial {
     fn judge(&mut self, rules: &Rules, row: Row, answer: Option<Row>) {
         // A given force may be had next to a fold alone.
         let seeks_force = |search: &Search| matches!(rules.aim, Aim::Ratio(_)) && search.best.is_none();
-        self.needs_care = row.status == Status::Pending && self.search.as_ref().is_none_or(seeks_force);
+        let is_open = !row.has_care && row.status == Status::Pending;
+        self.needs_care = is_open && self.search.as_ref().is_none_or(seeks_force);
         if self.needs_care {
             return;
         }

@@ -28,8 +28,8 @@ const ROWS: usize = 128;
 const ROWS_WITHOUT_CARE: usize = 1024;
 const ROWS_OF_REFERENCE: usize = 1;
 
-/// A row that is asked for: where the tip is held, and the inputs. With care it is what a sweep finds; without, it costs a tenth near
-/// folds, but is to be confirmed.
+/// A row that is asked for: where the tip is held, and the inputs. With care it is what a sweep finds; without, it costs a seventh,
+/// but is to be confirmed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ask {
     pub place: Vector,
@@ -207,7 +207,7 @@ impl<'a> HeldRod<'a> {
             let solutions = engine.solve(&self.table.batch(asked))?;
             self.solves += asked.len() as u64;
             let table = &self.table;
-            let read = |row: usize| Row { has_care, ..table.row(&solutions, row) };
+            let read = |row: usize| table.row(&solutions, row, has_care);
             rows.par_extend((0..asked.len()).into_par_iter().with_min_len(64).map(read));
         }
         Ok(rows)
@@ -240,7 +240,7 @@ impl HeldTable {
         values[first..].copy_from_slice(place);
     }
 
-    fn row(&self, solutions: &Solutions, row: usize) -> Row {
+    fn row(&self, solutions: &Solutions, row: usize, has_care: bool) -> Row {
         let normal = solutions.contact_vector(row, ContactColumn::Normal);
         let across = across(normal);
         let project = |v: Vector| across.map(|t| dot(t, v));
@@ -259,7 +259,7 @@ impl HeldTable {
         let driven = self.derivatives.last().map_or(0, |own| own.end);
         Row {
             status: solutions.status(row),
-            has_care: true,
+            has_care,
             margin: solutions.get(row, Quantity::StabilityMargin),
             normal,
             normal_force: solutions.contact(row, ContactColumn::NormalForce),
