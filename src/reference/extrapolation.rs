@@ -53,6 +53,11 @@ impl Extrapolation {
         Self { least_rows: LEAST_ROWS, ..Self::new(tolerance) }
     }
 
+    /// Allows no larger error in one step than this.
+    pub(super) fn tighten(&mut self, tolerance: f64) {
+        self.tolerance = self.tolerance.min(tolerance);
+    }
+
     /// Estimated errors of all steps since the last call, summed up.
     pub(super) fn take_spent(&mut self) -> f64 {
         std::mem::take(&mut self.spent)

@@ -242,10 +242,10 @@ impl Finisher<'_> {
         for (job, mut solutions) in jobs {
             let refining = self.times.refine.enter();
             let index = |at: usize| index_at(&job.pieces, at).unwrap_or(0);
-            self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
+            let sure = self.refiners.refine(self.plan, self.sampler, &job.batch, &mut solutions, &index)?;
             if let Some(second_paths) = &mut self.second_paths {
                 for (samples, _) in pieces_of(&job.pieces) {
-                    second_paths.check(self.plan, self.sampler, &samples, &mut solutions)?;
+                    second_paths.check(self.plan, self.sampler, &samples, &mut solutions, &sure)?;
                 }
             }
             drop(refining);
@@ -288,9 +288,9 @@ impl Finisher<'_> {
         let refining = self.times.refine.enter();
         let Returned { indices, batch, mut solutions, counted } = returned;
         let index = |at: usize| indices.get(at).copied().unwrap_or(0);
-        self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
+        let sure = self.refiners.refine(self.plan, self.sampler, &batch, &mut solutions, &index)?;
         if let Some(second_paths) = &mut self.second_paths {
-            second_paths.check(self.plan, self.sampler, &Samples::Listed(&indices), &mut solutions)?;
+            second_paths.check(self.plan, self.sampler, &Samples::Listed(&indices), &mut solutions, &sure)?;
         }
         drop(refining);
         let in_rows = self.times.rows.enter();

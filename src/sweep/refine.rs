@@ -166,6 +166,7 @@ impl<'a> Refiners<'a> {
     /// an equilibrium is not replaced by none. A doubtful success that a second attempt does not find is no success; one that
     /// is doubtful still is solved on finer steps, and the smaller estimate counts. The second stage sees what the first left
     /// failing; what it solves and is doubtful is solved on finer steps, too. No stage sees a fold that was seen as a turn of the load.
+    /// Returns the rows that are the reference's, in order.
     pub fn refine(
         &mut self,
         plan: &Plan,
@@ -173,13 +174,14 @@ impl<'a> Refiners<'a> {
         batch: &Batch,
         solutions: &mut Solutions,
         index: &(dyn Fn(usize) -> u64 + Sync),
-    ) -> Result<(), BackendError> {
+    ) -> Result<Vec<usize>, BackendError> {
         let samples = Samples { plan, sampler, batch, index };
         let keeps = |again: &Solutions, from, _: f64| !samples.is_doubtful(again, from);
-        let (attempts, settled) = relieve(&mut self.settle, &samples, solutions, |_| true, keeps)?;
-        self.attempts += attempts;
-        self.refined += settled;
+        let settled = relieve(&mut self.settle, &samples, solutions, |_| true, keeps)?;
+        self.attempts += settled.tried;
+        self.refined += settled.answered.len() as u64;
         let answered = self.answer_twice(&samples, solutions)?;
+        let mut by_reference = Vec::new();
         for (number, stage) in self.stages.iter_mut().enumerate() {
             let has_failed = |at| !solutions.status(at).is_success() && !solutions.is_seen_fold(at);
             let is_doubtful = |at| number == 0 && !solutions.is_seen_fold(at) && samples.is_doubtful(solutions, at);
@@ -190,6 +192,9 @@ impl<'a> Refiners<'a> {
                 if again.status(from).is_success() {
                     take_refined(solutions, to, again, from);
                     self.refined += 1;
+                    if number > 0 {
+                        by_reference.push(to);
+                    }
                 } else if again.is_equilibrium(from) || !solutions.is_equilibrium(to) {
                     solutions.copy_row(to, again, from);
                 } else if again.is_seen_fold(from) && solutions.status(to) == Status::Fold {
@@ -208,9 +213,11 @@ impl<'a> Refiners<'a> {
             let touched = |at| left.binary_search(&at).is_ok();
             let answers = answer(&mut self.finest_answer, &samples, solutions, touched)?;
             let is_left = |at| touched(at) && !answers.is_answered(at);
-            self.attempts += answers.tried + relieve(&mut self.finer, &samples, solutions, is_left, keeps)?.0;
+            let relieved = relieve(&mut self.finer, &samples, solutions, is_left, keeps)?;
+            self.attempts += answers.tried + relieved.tried;
+            by_reference.retain(|at| !relieved.is_answered(*at));
         }
-        Ok(())
+        Ok(by_reference)
     }
 
     /// Answers doubtful samples on finer steps, and on finest steps those for which that is not enough. Tells of the first: a second attempt would
@@ -230,11 +237,11 @@ pub(super) fn start_at(solutions: &Solutions, row: usize, sample: usize) -> Opti
     Some(Start { sample, m0: solutions.vector(row, Quantity::BaseMoment), n0: Some(n0), known: &[] })
 }
 
-/// Samples that were solved from the loads at their own bases.
+/// Samples that were solved once more, and those whose rows were replaced.
 #[derive(Default)]
 struct Answers {
     tried: u64,
-    /// Samples that have an answer, in order.
+    /// In order.
     answered: Vec<usize>,
 }
 
@@ -283,24 +290,24 @@ fn answer(
 }
 
 /// Solves samples, of those that it `may`, whose only doubt is their error estimate on one stage more, if there is one. Replaces rows that it `keeps`,
-/// told the estimate before. Returns how many were tried, and how many replaced.
+/// told the estimate before.
 fn relieve(
     stage: &mut Option<Stage>,
     samples: &Samples,
     solutions: &mut Solutions,
     may: impl Fn(usize) -> bool,
     keeps: impl Fn(&Solutions, usize, f64) -> bool,
-) -> Result<(u64, u64), BackendError> {
-    let Some(stage) = stage else { return Ok((0, 0)) };
+) -> Result<Answers, BackendError> {
+    let Some(stage) = stage else { return Ok(Answers::default()) };
     let needs = |at| may(at) && solutions.status(at).is_success() && samples.is_doubtful(solutions, at);
     let left = samples.those(solutions, needs);
-    let mut kept = 0;
+    let mut answered = Vec::new();
     stage.solve(samples, &left, |again, from, to| {
         let before = solutions.get(to, Quantity::ErrorEstimate);
         if again.status(from).is_success() && keeps(again, from, before) {
             take_refined(solutions, to, again, from);
-            kept += 1;
+            answered.push(to);
         }
     })?;
-    Ok((left.len() as u64, kept))
+    Ok(Answers { tried: left.len() as u64, answered })
 }

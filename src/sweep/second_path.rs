@@ -74,16 +74,23 @@ impl<'a> SecondPaths<'a> {
         self.selection
     }
 
-    /// Follows the chosen rows among some samples. A wrong row is replaced by the reference's.
+    /// Follows the chosen rows among some samples, but for those that are `sure`, in order: the reference has followed them twice. A wrong row is
+    /// replaced by the reference's.
     pub fn check(
         &mut self,
         plan: &Plan,
         sampler: &Sampler,
         samples: &Samples<'_>,
         solutions: &mut Solutions,
+        sure: &[usize],
     ) -> Result<(), BackendError> {
         let mut places = samples.chosen(self.selection);
         places.retain(|at| solutions.status(*at).is_success());
+        let all = places.len();
+        places.retain(|at| sure.binary_search(at).is_err());
+        let confirmed = (all - places.len()) as u64;
+        self.found.followed += confirmed;
+        self.found.confirmed += confirmed;
         for group in places.chunks(MAX_BATCH) {
             let again = solve(&mut self.follower, self.factory, plan, |plan| batch(plan, sampler, samples, group))?;
             self.found.followed += group.len() as u64;

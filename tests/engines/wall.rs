@@ -21,6 +21,7 @@ use rodsweep::reference::{
 use rodsweep_bench::random::{Random, RandomScenes};
 use rodsweep_bench::verify::{SearchOptions, search_disagreements};
 use serde_json::Value;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// A scene with what two independent computations agree to.
@@ -504,6 +505,48 @@ fn a_straight_rod_whose_tip_is_held_bears_the_load_of_a_column() {
             assert!((borne[2] / -column - 1.0).abs() < off, "{borne:?} {column}");
         }
     }
+}
+
+/// A rod much longer than l = sqrt(EI / F), which leaves its clamp by an angle phi to the force F, follows tan(psi / 4) = tan(phi / 4) e^(-s / l):
+/// so the tip lies at L - 2 l (1 - cos(phi / 2)) along the force and 2 l sin(phi / 2) across, and m0 = 2 sqrt(EI F) sin(phi / 2), to e^(-2 L / l).
+#[test]
+fn a_tip_that_tissue_pulls_taut_is_told_in_closed_form() {
+    const STIFFNESS: f64 = 2e-5;
+    const LENGTH: f64 = 0.1;
+    let mut random = Random(today());
+    (0..12).for_each(|_| {
+        let (growth, phi): (f64, f64) = (random.within(13.0, 18.0), random.within(0.1, 1.2));
+        let (sin, cos) = (0.5 * phi).sin_cos();
+        let around = random.within(0.0, TAU);
+        let ell = LENGTH / growth;
+        let force = STIFFNESS / ell.powi(2);
+        let across = Vector3::new(f64::cos(around), f64::sin(around), 0.0);
+        // At the clamp the rod is along z.
+        let (pull, aside) = (Vector3::z() * phi.cos() + across * phi.sin(), Vector3::z() * phi.sin() - across * phi.cos());
+        let tip = pull * (LENGTH - 2.0 * ell * (1.0 - cos)) + aside * (2.0 * ell * sin);
+        let yields = random.within(0.05, 0.25) * LENGTH;
+        let [x, y, z] = (tip + pull * yields).into();
+        let text = format!(
+            "[[segment]]\nname = \"rod\"\nkind = \"flexible\"\nlength = {LENGTH}\nstiffness = {{ bending = {STIFFNESS}, torsion = 1.5e-5 }}\n\
+             [wall]\nkind = \"plane\"\nposition = [{x}, {y}, {z}]\nnormal = [0, 0, -1]\nstiffness = {}\ntip = \"sticks\"\nanchor = [{x}, {y}, {z}]\n",
+            force / yields
+        );
+        let scene = parse_scene(Path::new("taut.toml"), &text).expect("the scene reads");
+        let (_, found, contact) = solved(&scene, &[]);
+        let own = 100.0 * (-2.0 * growth).exp();
+        let off_tip = (Vector3::from(found.p_tip) - tip).norm() / LENGTH;
+        let off_force = (Vector3::from(contact.force) - pull * force).norm();
+        let m0 = 2.0 * (STIFFNESS * force).sqrt() * sin;
+        let off_moment = (norm(&found.m0) / m0 - 1.0).abs();
+        println!("{growth:.1} {phi:.2}: {off_tip:.1e} {:.1e}, {off_moment:.1e}; {:.1e}", off_force / force, found.error_estimate);
+        let by_force = contact.force_error / force;
+        assert!(off_tip <= found.error_estimate + own, "{text}: {off_tip:e} {:e}", found.error_estimate);
+        // By size and angle of the force.
+        let by_both = by_force * (0.5 + 0.5 / (0.5 * phi).tan()) + own;
+        assert!(off_moment <= by_both, "{text}: {off_moment:e} {by_both:e}");
+        assert!(off_force <= contact.force_error + own * force, "{text}: {off_force:e} {by_force:e}");
+        assert!(found.error_estimate < 1e-5, "{text}: {:e}", found.error_estimate);
+    });
 }
 
 /// What a dead force of the same size tells of index and columns: W8, and W12, in which the rod alone has its derivatives.

@@ -5,7 +5,7 @@ use crate::common::runs::{manifest_of, run_into};
 use rodsweep::backend::{Backend, BackendError, BackendInfo};
 use rodsweep::model::{Batch, Plan, Quantity, RodSegment, Solutions, Status};
 use rodsweep::results::Results;
-use rodsweep::sweep::{PathCheckOptions, RunOptions};
+use rodsweep::sweep::{PathCheckOptions, RunOptions, SpotCheckOptions};
 
 /// Leaves its branch where the coil's dipole along x is between two values (A·m²); may call it a fold, or not be sure.
 struct Elsewhere {
@@ -128,4 +128,28 @@ fn a_second_path_alone_condemns_no_row() {
     let found = doubtful.path_check.as_ref().unwrap();
     assert_eq!((found.doubtful, found.elsewhere), (confirmed.confirmed, 0), "{found:?}");
     assert_eq!(doubtful.count(Status::Doubtful), found.doubtful);
+}
+
+/// A row that the reference has solved is not led from rest again, and the reference is not asked twice.
+#[test]
+fn rows_of_the_reference_are_followed_no_more() {
+    let spec = small("parquet");
+    let dir = tempfile::tempdir().unwrap();
+    let fails = |plan: &Plan| Ok(Box::new(elsewhere(plan, 0.0, 0.05, Status::NotConverged)) as Box<dyn Backend>);
+    let reference = |plan: &Plan| Ok(Box::new(sure(plan)) as Box<dyn Backend>);
+    // It is wrong where the reference was asked, and is not followed there; elsewhere it is right.
+    let follower = |plan: &Plan| Ok(Box::new(elsewhere(plan, 0.0, 0.05, Status::Ramped)) as Box<dyn Backend>);
+    let nobody = |_: &Plan| -> Result<Box<dyn Backend>, BackendError> { panic!("the reference is asked again") };
+    let options = RunOptions {
+        refiners: vec![&fails, &reference],
+        trusted: Some(&nobody),
+        spot_check: SpotCheckOptions { share: 0.0, least: 0, most: 0 },
+        second_path: Some((&follower, PathCheckOptions::All)),
+        ..options()
+    };
+    let mut engine = elsewhere(&arc(&spec).plan, 0.0, 0.05, Status::NotConverged);
+    let summary = run_into(dir.path(), &spec, &mut engine, &options).unwrap();
+    let found = summary.path_check.unwrap();
+    assert_eq!((found.followed, found.wrong(), found.doubtful), (5000, 0, 0), "{found:?}");
+    assert!(found.confirmed == summary.refined && found.confirmed > 500, "{found:?} {}", summary.refined);
 }

@@ -16,6 +16,11 @@ use crate::reference::ramp::{
 };
 use nalgebra::{DVector, Matrix3, Vector3};
 
+/// By how much the errors of one integration step may be off at the tip, where they have grown along the rod, and the sharpest step that is
+/// asked for.
+const GROWN: f64 = 1e-4;
+const SHARPEST: f64 = 1e-13;
+
 /// Where the wall's way leads.
 pub(super) struct Way {
     pub base: BaseLoad,
@@ -25,6 +30,38 @@ pub(super) struct Way {
     pub steps: usize,
     pub passes: usize,
     pub end: End,
+}
+
+/// The last tangents of the way, the latest first, and where they were.
+struct Tangents(Vec<(f64, DVector<f64>)>);
+
+impl Tangents {
+    /// How many tell where the way leads.
+    const MOST: usize = 4;
+
+    fn add(&mut self, tau: f64, tangent: &DVector<f64>) {
+        self.0.insert(0, (tau, tangent.clone()));
+        self.0.truncate(Self::MOST);
+    }
+
+    /// The change of the unknown to `tau`: the integral of the polynomial through the tangents, in Newton's form; by the last one alone where
+    /// the others would change it by more than half. W4
+    fn lead(&self, tau: f64) -> DVector<f64> {
+        let (at, mut divided): (Vec<f64>, Vec<DVector<f64>>) = self.0.iter().cloned().unzip();
+        let back = |k: usize| at.get(k).map_or(0.0, |before| at[0] - before);
+        let (h, a, b) = (tau - at[0], back(1), back(2));
+        let (square, cube, fourth) = (h.powi(2) / 2.0, h.powi(3) / 3.0, h.powi(4) / 4.0);
+        let weights = [square, cube + a * square, fourth + (a + b) * cube + a * b * square];
+        let straight = &divided[0] * h;
+        let mut bent = straight.clone();
+        for (order, weight) in (1..at.len()).zip(weights) {
+            for k in 0..at.len() - order {
+                divided[k] = (&divided[k] - &divided[k + 1]) / (at[k] - at[k + order]);
+            }
+            bent.axpy(weight, &divided[0], 1.0);
+        }
+        if (&bent - &straight).norm() > 0.5 * straight.norm() { straight } else { bent }
+    }
 }
 
 /// An equilibrium on the way.
@@ -84,13 +121,15 @@ impl Coming<'_> {
             Err(Refused::Other) => return way,
         };
         let mut step = self.first_step(&last);
+        let mut tangents = Tangents(Vec::new());
+        tangents.add(0.0, &last.tangent);
         let (mut too_near, mut outside) = (false, false);
         while way.tau < 1.0 {
             if way.passes >= MOST_PASSES {
                 return Way { end: End::GaveUp, ..way };
             }
             let tau = if way.tau + step >= 1.0 { 1.0 } else { way.tau + step };
-            let predicted = &last.tangent * (tau - way.tau);
+            let predicted = tangents.lead(tau);
             let found = self.correct(tau, &way.base, &way.touch, &predicted, &mut integrator, &mut way.passes);
             match found.and_then(|next| if leaps(&next, &last) { Err(Refused::Other) } else { Ok(next) }) {
                 Ok(next) => {
@@ -103,6 +142,8 @@ impl Coming<'_> {
                         step = step.min((0.5 * next.least / slope).max(self.pace * LITTLE_STEP));
                     }
                     (way.base, way.touch, way.tau) = (next.base, next.touch.clone(), tau);
+                    tangents.add(tau, &next.tangent);
+                    integrator.tighten((GROWN / next.passage.growth()).max(SHARPEST));
                     last = next;
                 }
                 Err(refused) => {

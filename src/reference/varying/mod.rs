@@ -30,13 +30,19 @@ use super::stability::{is_unstable, margin};
 use crate::model::{BaseWrench, Rod, Slot, Status, Units, Vector};
 use contact::{Balance, Contact, Gap, Touch, WallChange, of_base};
 use flexible::Flexible;
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
+use passage::Passage;
 use ramp::End;
 use shooting::{Polished, balanced_force, pass, polish};
 use state::{BaseLoad, Change, Varying};
 
 /// Steps that a passage may take at this tolerance: bounds the sum of their errors.
 const STEPS: f64 = 20.0;
+/// An error estimate by the growth of errors along the rod that is above this is replaced by a measured one where that is smaller.
+const LARGE_ESTIMATE: f64 = 1e-8;
+/// For the measured one the rod is integrated with so many times the tolerance; the answer may be off by so many times the difference.
+const COARSER: f64 = 10.0;
+const SAFETY: f64 = 10.0;
 /// Base moments that differ by no more than this, against the larger of theirs and EI / L, are those of one equilibrium.
 const SAME_MOMENT: f64 = 1e-3;
 
@@ -104,9 +110,10 @@ fn answer(
     let most = RESIDUAL_FACTOR * TOLERANCE * passage.growth();
     let residual = balance.residual.norm();
     let is_unstable = index.map(|index| is_unstable(&loaded.chain, balance.determinant(), index));
-    let touched = contact.map(|contact| touched(loaded, units, contact, &ending.found, integrator));
-    let is_through = |of: &TipContact| Contact::is_through(of.body_gap / units.length);
     let arrived = ending.end == End::Arrived;
+    let (tip_error, force_error) = if arrived { errors(loaded, &ending.found) } else { grown_errors(&ending.found) };
+    let touched = contact.map(|contact| touched((loaded, units), contact, &ending.found, force_error, integrator));
+    let is_through = |of: &TipContact| Contact::is_through(of.body_gap / units.length);
     let status = match ending.end {
         _ if !ending.is_sure => Status::Doubtful,
         End::TooNear => Status::TooNearMagnet,
@@ -129,7 +136,7 @@ fn answer(
         R_tip: rows(&passage.tip.R),
         u_tip: SI(passage.u_last, units.curvature()),
         residual: residual * units.moment(),
-        error_estimate: error_estimate(&ending.found),
+        error_estimate: tip_error,
         index,
         margin: margin(balance.moment_inverse(), is_unstable.unwrap_or_default()),
         status,
@@ -143,10 +150,10 @@ fn answer(
 
 /// What tip and wall do to each other, SI.
 fn touched(
-    loaded: &Varying,
-    units: &Units,
+    (loaded, units): (&Varying, &Units),
     contact: &Contact,
     found: &Polished,
+    force_error: f64,
     integrator: &mut Extrapolation,
 ) -> TipContact {
     let p = found.passage.tip.p;
@@ -161,40 +168,64 @@ fn touched(
         force: SI(f, units.force),
         // The wall stands where the tissue has yielded to the tip.
         body_gap: (if least > g { g } else { least } + (-g).max(0.0)) * units.length,
-        force_error: force_error(found, f) * units.force,
+        force_error: force_error * units.force,
     }
 }
 
-/// Integration errors and what Newton's method left over, as changes of the unknown: one for each row of the system.
-fn errors(found: &Polished) -> Option<impl Iterator<Item = DVector<f64>>> {
+/// Errors of the tip's pose and of the wall's force. By how much errors grow along the rod bounds them. Where they grow much, the bound is far
+/// too large, for the conditions at the tip take back most of such an error. Then they are measured.
+fn errors(rod: &Varying, found: &Polished) -> (f64, f64) {
+    let (tip, force) = grown_errors(found);
+    if tip < LARGE_ESTIMATE && force < LARGE_ESTIMATE {
+        return (tip, force);
+    }
+    let (measured_tip, measured_force) = measured_errors(rod, found).unwrap_or((tip, force));
+    (tip.min(measured_tip), force.min(measured_force))
+}
+
+/// What Newton's method left over, and by how much the ends of its next steps differ if the rod is integrated with another tolerance.
+fn measured_errors(rod: &Varying, found: &Polished) -> Option<(f64, f64)> {
+    let touch = found.touch.as_ref();
+    let coarser = &mut Extrapolation::new(COARSER * TOLERANCE);
+    let passage = pass(rod, &found.base, &rod.base_changes(), coarser).ok()?;
+    let balance = Balance::new(&passage, touch);
+    // Newton's step moves and turns the tip and changes the force.
+    let change = |passage: &Passage, balance: &Balance| {
+        let step = balance.step()?;
+        let by = of_base(&step);
+        let dp = passage.combined(|column| column.dp, &by);
+        let df = touch.map(|touch| touch.force_change(passage.tip.p, dp, &step, &WallChange::default()).1);
+        Some((dp, passage.combined(|column| column.w, &by), df.unwrap_or_default()))
+    };
+    let (dp, w, df) = change(&found.passage, &found.balance)?;
+    let (other_dp, other_w, other_df) = change(&passage, &balance)?;
+    let (tip, other) = (&found.passage.tip, &passage.tip);
+    let apart = turned(other_w, &other.R) - turned(w, &tip.R);
+    let difference = (other.p + other_dp - tip.p - dp).norm().max(apart.norm());
+    let f = touch.map_or(0.0, |touch| touch.force(tip.p).norm());
+    let sum = |size: f64, left_over: f64, difference: f64| STEPS * TOLERANCE * size + left_over + SAFETY * difference;
+    Some((sum(1.0, dp.norm().max(w.norm()), difference), sum(f, df.norm(), (other_df - df).norm())))
+}
+
+/// What the integrator's and the residual's errors do to the tip and to the wall's force, by the solution's own sensitivities.
+fn grown_errors(found: &Polished) -> (f64, f64) {
+    let Some(inverse) = found.balance.inverse() else { return (1.0, f64::INFINITY) };
     let left_over = found.balance.residual.norm();
     let size = (STEPS * TOLERANCE * found.passage.growth()).min(1.0) + left_over;
-    let inverse = found.balance.inverse()?;
-    Some((0..inverse.ncols()).map(move |k| size * inverse.column(k)))
-}
-
-/// What the integrator's and the residual's errors do to the tip, by the solution's own sensitivities.
-fn error_estimate(found: &Polished) -> f64 {
-    let Some(errors) = errors(found) else { return 1.0 };
-    let (mut moved, mut turned) = (0.0, 0.0);
-    for error in errors {
-        let by = of_base(&error);
-        moved += found.passage.combined(|column| column.dp, &by).norm_squared();
-        turned += found.passage.combined(|column| column.w, &by).norm_squared();
-    }
-    STEPS * TOLERANCE + f64::max(moved, turned).sqrt()
-}
-
-/// The same for the force of the wall.
-fn force_error(found: &Polished, f: Vector3<f64>) -> f64 {
-    let Some(touch) = &found.touch else { return 0.0 };
-    let Some(errors) = errors(found) else { return f64::INFINITY };
     let p = found.passage.tip.p;
-    let of = |error: DVector<f64>| {
-        let dp = found.passage.combined(|column| column.dp, &of_base(&error));
-        touch.force_change(p, dp, &error, &WallChange::default()).1.norm_squared()
-    };
-    STEPS * TOLERANCE * f.norm() + errors.map(of).sum::<f64>().sqrt()
+    let (mut moved, mut turned, mut pressed) = (0.0, 0.0, 0.0);
+    for error in (0..inverse.ncols()).map(|k| size * inverse.column(k)) {
+        let by = of_base(&error);
+        let dp = found.passage.combined(|column| column.dp, &by);
+        moved += dp.norm_squared();
+        turned += found.passage.combined(|column| column.w, &by).norm_squared();
+        if let Some(touch) = &found.touch {
+            pressed += touch.force_change(p, dp, &error, &WallChange::default()).1.norm_squared();
+        }
+    }
+    let f = found.touch.as_ref().map_or(0.0, |touch| touch.force(p).norm());
+    let force = if found.touch.is_some() { STEPS * TOLERANCE * f + pressed.sqrt() } else { 0.0 };
+    (STEPS * TOLERANCE + f64::max(moved, turned).sqrt(), force)
 }
 
 /// Total derivatives by the implicit function theorem (33).

@@ -130,9 +130,10 @@ pub(super) fn polish(
         }
         last_step = step.norm();
         let next = at(best.base.moved(&of_base(&step)), best.touch.as_ref().map(|touch| touch.moved(&step)))?;
-        // Also false for NaN.
-        let is_better = next.balance.residual.norm() < best.balance.residual.norm();
-        if !is_better {
+        // Where errors grow much along the rod, their noise hides in the residual what the step mends. Both are also false for NaN.
+        let is_smaller = next.balance.residual.norm() < best.balance.residual.norm();
+        let contracts = || next.balance.step().is_some_and(|step| step.norm() < 0.5 * last_step);
+        if !is_smaller && !contracts() {
             return Ok((best, passes));
         }
         best = next;
