@@ -514,7 +514,7 @@ fn a_tip_that_tissue_pulls_taut_is_told_in_closed_form() {
     const STIFFNESS: f64 = 2e-5;
     const LENGTH: f64 = 0.1;
     let mut random = Random(today());
-    (0..12).for_each(|_| {
+    for _ in 0..12 {
         let (growth, phi): (f64, f64) = (random.within(13.0, 18.0), random.within(0.1, 1.2));
         let (sin, cos) = (0.5 * phi).sin_cos();
         let around = random.within(0.0, TAU);
@@ -522,7 +522,8 @@ fn a_tip_that_tissue_pulls_taut_is_told_in_closed_form() {
         let force = STIFFNESS / ell.powi(2);
         let across = Vector3::new(f64::cos(around), f64::sin(around), 0.0);
         // At the clamp the rod is along z.
-        let (pull, aside) = (Vector3::z() * phi.cos() + across * phi.sin(), Vector3::z() * phi.sin() - across * phi.cos());
+        let (pull, aside) =
+            (Vector3::z() * phi.cos() + across * phi.sin(), Vector3::z() * phi.sin() - across * phi.cos());
         let tip = pull * (LENGTH - 2.0 * ell * (1.0 - cos)) + aside * (2.0 * ell * sin);
         let yields = random.within(0.05, 0.25) * LENGTH;
         let [x, y, z] = (tip + pull * yields).into();
@@ -538,7 +539,11 @@ fn a_tip_that_tissue_pulls_taut_is_told_in_closed_form() {
         let off_force = (Vector3::from(contact.force) - pull * force).norm();
         let m0 = 2.0 * (STIFFNESS * force).sqrt() * sin;
         let off_moment = (norm(&found.m0) / m0 - 1.0).abs();
-        println!("{growth:.1} {phi:.2}: {off_tip:.1e} {:.1e}, {off_moment:.1e}; {:.1e}", off_force / force, found.error_estimate);
+        println!(
+            "{growth:.1} {phi:.2}: {off_tip:.1e} {:.1e}, {off_moment:.1e}; {:.1e}",
+            off_force / force,
+            found.error_estimate
+        );
         let by_force = contact.force_error / force;
         assert!(off_tip <= found.error_estimate + own, "{text}: {off_tip:e} {:e}", found.error_estimate);
         // By size and angle of the force.
@@ -546,7 +551,7 @@ fn a_tip_that_tissue_pulls_taut_is_told_in_closed_form() {
         assert!(off_moment <= by_both, "{text}: {off_moment:e} {by_both:e}");
         assert!(off_force <= contact.force_error + own * force, "{text}: {off_force:e} {by_force:e}");
         assert!(found.error_estimate < 1e-5, "{text}: {:e}", found.error_estimate);
-    });
+    }
 }
 
 /// What a dead force of the same size tells of index and columns: W8, and W12, in which the rod alone has its derivatives.

@@ -9,6 +9,7 @@ use super::passage::{Passage, combined};
 use super::ramp::{APPROACH, End, LITTLE_STEP, RATIO, SMALL_LOAD, SOFT};
 use super::shooting::pass_by_sections;
 use super::state::{BaseLoad, Column, Varying};
+use crate::reference::answer;
 use crate::reference::extrapolation::Extrapolation;
 use crate::reference::ramp::{
     ALIKE, ARRIVED, ARRIVED_TURN, CONTRACTION, CORRECTION, CORRECTION_TURN, FIRST_TURN, LITTLE_LOAD, MOST_PASSES,
@@ -16,10 +17,8 @@ use crate::reference::ramp::{
 };
 use nalgebra::{DVector, Matrix3, Vector3};
 
-/// By how much the errors of one integration step may be off at the tip, where they have grown along the rod, and the sharpest step that is
-/// asked for.
+/// The error of one integration step may have grown to this at the tip.
 const GROWN: f64 = 1e-4;
-const SHARPEST: f64 = 1e-13;
 
 /// Where the wall's way leads.
 pub(super) struct Way {
@@ -143,7 +142,7 @@ impl Coming<'_> {
                     }
                     (way.base, way.touch, way.tau) = (next.base, next.touch.clone(), tau);
                     tangents.add(tau, &next.tangent);
-                    integrator.tighten((GROWN / next.passage.growth()).max(SHARPEST));
+                    integrator.tighten((GROWN / next.passage.growth()).max(answer::TOLERANCE));
                     last = next;
                 }
                 Err(refused) => {

@@ -30,7 +30,7 @@ use super::stability::{is_unstable, margin};
 use crate::model::{BaseWrench, Rod, Slot, Status, Units, Vector};
 use contact::{Balance, Contact, Gap, Touch, WallChange, of_base};
 use flexible::Flexible;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 use passage::Passage;
 use ramp::End;
 use shooting::{Polished, balanced_force, pass, polish};
@@ -183,22 +183,15 @@ fn errors(rod: &Varying, found: &Polished) -> (f64, f64) {
     (tip.min(measured_tip), force.min(measured_force))
 }
 
-/// What Newton's method left over, and by how much the ends of its next steps differ if the rod is integrated with another tolerance.
+/// Errors of tip and force are measured: by the size of Newton's next step, and by how far its end moves if the rod is integrated with another
+/// tolerance.
 fn measured_errors(rod: &Varying, found: &Polished) -> Option<(f64, f64)> {
     let touch = found.touch.as_ref();
     let coarser = &mut Extrapolation::new(COARSER * TOLERANCE);
     let passage = pass(rod, &found.base, &rod.base_changes(), coarser).ok()?;
-    let balance = Balance::new(&passage, touch);
-    // Newton's step moves and turns the tip and changes the force.
-    let change = |passage: &Passage, balance: &Balance| {
-        let step = balance.step()?;
-        let by = of_base(&step);
-        let dp = passage.combined(|column| column.dp, &by);
-        let df = touch.map(|touch| touch.force_change(passage.tip.p, dp, &step, &WallChange::default()).1);
-        Some((dp, passage.combined(|column| column.w, &by), df.unwrap_or_default()))
-    };
-    let (dp, w, df) = change(&found.passage, &found.balance)?;
-    let (other_dp, other_w, other_df) = change(&passage, &balance)?;
+    let other_step = Balance::new(&passage, touch).step()?;
+    let (dp, w, df) = moves(&found.passage, touch, &found.balance.step()?);
+    let (other_dp, other_w, other_df) = moves(&passage, touch, &other_step);
     let (tip, other) = (&found.passage.tip, &passage.tip);
     let apart = turned(other_w, &other.R) - turned(w, &tip.R);
     let difference = (other.p + other_dp - tip.p - dp).norm().max(apart.norm());
@@ -207,25 +200,33 @@ fn measured_errors(rod: &Varying, found: &Polished) -> Option<(f64, f64)> {
     Some((sum(1.0, dp.norm().max(w.norm()), difference), sum(f, df.norm(), (other_df - df).norm())))
 }
 
-/// What the integrator's and the residual's errors do to the tip and to the wall's force, by the solution's own sensitivities.
+/// Errors of tip and force are bounded: the integrator's errors grow along the rod, a residual is left, and the sensitivities tell what both move.
 fn grown_errors(found: &Polished) -> (f64, f64) {
     let Some(inverse) = found.balance.inverse() else { return (1.0, f64::INFINITY) };
     let left_over = found.balance.residual.norm();
     let size = (STEPS * TOLERANCE * found.passage.growth()).min(1.0) + left_over;
-    let p = found.passage.tip.p;
+    let touch = found.touch.as_ref();
     let (mut moved, mut turned, mut pressed) = (0.0, 0.0, 0.0);
     for error in (0..inverse.ncols()).map(|k| size * inverse.column(k)) {
-        let by = of_base(&error);
-        let dp = found.passage.combined(|column| column.dp, &by);
+        let (dp, w, df) = moves(&found.passage, touch, &error);
         moved += dp.norm_squared();
-        turned += found.passage.combined(|column| column.w, &by).norm_squared();
-        if let Some(touch) = &found.touch {
-            pressed += touch.force_change(p, dp, &error, &WallChange::default()).1.norm_squared();
-        }
+        turned += w.norm_squared();
+        pressed += df.norm_squared();
     }
-    let f = found.touch.as_ref().map_or(0.0, |touch| touch.force(p).norm());
-    let force = if found.touch.is_some() { STEPS * TOLERANCE * f + pressed.sqrt() } else { 0.0 };
-    (STEPS * TOLERANCE + f64::max(moved, turned).sqrt(), force)
+    let f = touch.map_or(0.0, |touch| touch.force(found.passage.tip.p).norm());
+    (STEPS * TOLERANCE + f64::max(moved, turned).sqrt(), STEPS * TOLERANCE * f + pressed.sqrt())
+}
+
+/// Displacement and turn of the tip and change of the wall's force by a change of the unknown.
+fn moves(
+    passage: &Passage,
+    touch: Option<&Touch>,
+    change: &DVector<f64>,
+) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
+    let by = of_base(change);
+    let dp = passage.combined(|column| column.dp, &by);
+    let df = touch.map(|touch| touch.force_change(passage.tip.p, dp, change, &WallChange::default()).1);
+    (dp, passage.combined(|column| column.w, &by), df.unwrap_or_default())
 }
 
 /// Total derivatives by the implicit function theorem (33).

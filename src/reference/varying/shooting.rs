@@ -107,7 +107,7 @@ pub(super) fn balanced_force(
 
 /// Full steps of Newton's iteration until neither residual nor step gets smaller.
 ///
-/// Returns what has the least residual, and the passages spent.
+/// Returns the last that came nearer by either, and the passages spent.
 pub(super) fn polish(
     rod: &Varying,
     base: BaseLoad,
