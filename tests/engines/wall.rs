@@ -18,6 +18,7 @@ use rodsweep::model::{
 use rodsweep::reference::{
     Equilibrium, Reference, TipContact, energy_of, shape, shape_with_derivatives, solve_rod, stability_at,
 };
+use rodsweep_bench::judge::{Word, judge};
 use rodsweep_bench::random::{Random, RandomScenes};
 use rodsweep_bench::verify::{SearchOptions, search_disagreements};
 use serde_json::Value;
@@ -481,6 +482,75 @@ fn found_scenes_are_solved_alike() {
         assert!(difference(&force[0], &force[1]) < 1e-8 * norm(&force[1]), "{name}");
         let body_gap = [&found, &judged].map(|of| of.contact(0, ContactColumn::BodyGap));
         assert!((body_gap[0] - body_gap[1]).abs() < 1e-4 * body_gap[1].abs() + 1e-7 * length, "{name}: {body_gap:?}");
+    }
+}
+
+/// A strip with a dipole m at its tip in a field B against it bends aside by an angle psi: EI psi / L = m B (sin psi + tilt cos psi). It is
+/// as stable on the other side. A wall that pushes it there presses less and less, and no more where psi is the small root: there the
+/// tip jumps, wherever the wall is to come to and however soft it is.
+#[test]
+fn a_tip_that_leaves_its_wall_has_no_equilibrium() {
+    const LENGTH: f64 = 0.06;
+    const RIGID: f64 = 0.003;
+    const DIPOLE: f64 = 0.3 * RIGID;
+    let mut random = Random(today());
+    for stiffness in ["", "stiffness = 5.0\n", "stiffness = 0.2\n"] {
+        let (bending, tilt) = (2.4e-8 * random.within(0.9, 1.1), random.within(0.02, 0.1));
+        let field = random.within(1.4, 1.9) * bending / (LENGTH * DIPOLE);
+        let scene = |wall: &str| {
+            let text = format!(
+                "[field]\nflux_density = [{}, 0, {}]\n[[segment]]\nname = \"strip\"\nkind = \"flexible\"\nlength = {LENGTH}\n\
+                 stiffness = {{ bending_x = 4e-7, bending_y = {bending}, torsion = 4e-7 }}\n\
+                 [[segment]]\nname = \"tip\"\nkind = \"rigid\"\nlength = {RIGID}\ndipole_per_length = [0, 0, 0.3]\n{wall}",
+                tilt * field,
+                -field
+            );
+            parse_scene(Path::new("strip.toml"), &text).expect("the scene reads")
+        };
+        let tip_at = |from: f64| {
+            let ratio = field * DIPOLE * LENGTH / bending;
+            let newton = |psi: f64| {
+                let slope = ratio * (psi.cos() - tilt * psi.sin()) - 1.0;
+                psi - (ratio * (psi.sin() + tilt * psi.cos()) - psi) / slope
+            };
+            let psi = (0..50).fold(from, |psi, _| newton(psi));
+            LENGTH * (1.0 - psi.cos()) / psi + RIGID * psi.sin()
+        };
+        let (free, jumps) = (tip_at(2.0), tip_at(-0.1));
+        let pushed = |by: f64| {
+            let at = free - by;
+            scene(&format!("[wall]\nkind = \"plane\"\nposition = [{at}, 0, 0]\nnormal = [-1, 0, 0]\n{stiffness}"))
+        };
+        let design = format!("{stiffness}EI {bending:e}, {field:e} T, tilt {tilt}");
+        let found = |by: f64| {
+            let scene = pushed(by);
+            let plan = Plan::new(&scene, &[], &[], PlanOptions::default()).expect("a plan");
+            let engine = Box::new(Cpu::new(&plan, Precision::F64).expect("instructions of this machine"));
+            [engine as Box<dyn Backend>, Box::new(Reference::new(&plan))].map(|mut engine| {
+                let row = engine.solve(&plan.batch(1, |_, _| {})).expect("solved");
+                let way = by * (row.get(0, Quantity::LoadFraction) - 1.0);
+                (row.status(0), way, row.contact(0, ContactColumn::NormalForce))
+            })
+        };
+        // The judge's straight elements jump a little before or behind.
+        let (way, judged) = (free - jumps, 1.005);
+        for by in [1.0002, random.within(1.01, 1.1), 1.3].map(|share| share * way) {
+            for (status, at, _) in found(by) {
+                assert_eq!(status, Status::Fold, "{design}: {by} of {way}");
+                assert!((at / way - 1.0).abs() < 2e-4, "{design}: {at} {way}");
+            }
+            let word = judge(&pushed(by).rod());
+            assert!(by < judged * way || matches!(word, Word::Ends { .. }), "{design}: {by} of {way}, {word:?}");
+        }
+        let most = found(0.5 * way)[0].2;
+        for by in [0.9998, random.within(0.7, 0.99), 0.6].map(|share| share * way) {
+            for (status, _, force) in found(by) {
+                assert_eq!(status, Status::Ramped, "{design}: {by} of {way}");
+                assert!(force > 0.0 && force < most, "{design}: {by} of {way}, {force:e} of {most:e}");
+            }
+            let word = judge(&pushed(by).rod());
+            assert!(judged * by > way || matches!(word, Word::Arrives { .. }), "{design}: {by} of {way}, {word:?}");
+        }
     }
 }
 

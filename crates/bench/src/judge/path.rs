@@ -68,7 +68,7 @@ fn harden(mut chain: Chain, mut state: State, trust: f64) -> Followed {
     let mut part = 1.0;
     for _ in 0..MOST_HARDENINGS {
         let at = tip(&chain, &state);
-        let Some(wall) = chain.wall.take().filter(|wall| wall.presses(&at)) else { return Followed::Lost };
+        let Some(wall) = chain.wall.take().filter(|wall| wall.presses(&at, 1.0)) else { return Followed::Lost };
         if wall.spring_length(&at) <= OFF * total {
             chain.wall = Some(wall);
             return arrives(&chain, &state);
@@ -93,6 +93,8 @@ fn harden(mut chain: Chain, mut state: State, trust: f64) -> Followed {
 fn lead(chain: &Chain, mut state: State, trust: f64) -> Result<State, Followed> {
     let Some(mut seen) = look(chain, &state, 0.0).filter(|seen| seen.softest > 0.0) else { return Err(Followed::Lost) };
     let (mut share, mut step, mut looks) = (0.0_f64, FIRST, 0);
+    // A tip that its wall presses no more jumps away from it.
+    let presses = |state: &State, share| chain.wall.as_ref().is_none_or(|wall| wall.presses(&tip(chain, state), share));
     while share < 1.0 {
         let steepest = largest(chain, &seen.tangent);
         if steepest * step > MOST_TURN {
@@ -107,7 +109,7 @@ fn lead(chain: &Chain, mut state: State, trust: f64) -> Result<State, Followed> 
         let goal = if share + step > 1.0 - 1e-9 { 1.0 } else { share + step };
         let predicted = turned(chain, &state, &seen.tangent, goal - share);
         match correct(chain, predicted, goal, trust, &mut looks) {
-            Some((arrived, found, first)) if is_near(seen.softest, found.softest) => {
+            Some((arrived, found, first)) if is_near(seen.softest, found.softest) && presses(&arrived, goal) => {
                 (state, seen, share) = (arrived, found, goal);
                 step *= (AIM * trust / first.max(1e-12)).sqrt().clamp(0.5, 2.0);
             }

@@ -116,8 +116,8 @@ impl Wall {
         Wall { force: self.force + part * (self.borne(tip, 1.0) - self.force), ..self.clone() }
     }
 
-    /// Whether it presses a tip in its place; one that is held may be pulled, too.
-    pub fn presses(&self, tip: &Vector3<f64>) -> bool {
-        self.held_at.is_some() || self.borne(tip, 1.0).x > 0.0
+    /// Whether it presses a tip after a share of the way; one that is held may be pulled, too.
+    pub fn presses(&self, tip: &Vector3<f64>, share: f64) -> bool {
+        self.held_at.is_some() || self.borne(tip, share).x > 0.0
     }
 }

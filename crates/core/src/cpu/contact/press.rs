@@ -17,8 +17,8 @@ use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::CoilLoad;
 use crate::model::tolerances::{
     AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, FIELD_PASS_LIMIT, FIRST_BEND, NEAR_MARGIN,
-    NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_RETREAT, SPENT, TRUST, WALL_LEAST_PULL, WALL_SMALLEST_SHARP_STEP,
-    WALL_SMALLEST_STEP,
+    NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_RETREAT, SPENT, TRUST, WALL_LEAST_PULL, WALL_LEAST_SHARP_PULL,
+    WALL_SMALLEST_SHARP_STEP, WALL_SMALLEST_STEP,
 };
 
 impl<L: Lane> Wall<L> {
@@ -88,6 +88,7 @@ pub fn press<L: VaryingPasses>(
     let first_bound = trust * one.constant(1.0 / CONTRACTION);
     let sharp = L::Scalar::SHARP;
     let smallest = one.constant(if sharp { WALL_SMALLEST_SHARP_STEP } else { WALL_SMALLEST_STEP });
+    let least_pull = one.constant(if care && sharp { WALL_LEAST_SHARP_PULL } else { WALL_LEAST_PULL });
     let none = Vec3::splat(zero);
     let (mut base, mut accepted, mut inverse) = (end.base, end.base, end.inverse);
     // The first point is the free rod itself: its step is none.
@@ -128,8 +129,8 @@ pub fn press<L: VaryingPasses>(
         // Next to a bifurcation, where a wall presses end on, other branches are near, and as stable.
         let margin = margin(&found);
         let stable = stable & (!leaps(margin, last_margin) | !begun);
-        let pull = wall.pull(rod, &tip);
-        let presses = pull.lt(one.constant(WALL_LEAST_PULL));
+        let pull = wall.pull(rod, &tip, workspace.matrix.on(dn, dm).0);
+        let presses = pull.lt(least_pull);
         let clear = zero.lt(workspace.leeway) & zero.lt(workspace.inside);
         let accept = converged & stable & presses & clear;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));

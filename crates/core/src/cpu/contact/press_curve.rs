@@ -106,7 +106,7 @@ impl<L: VaryingPasses> Equations<L> for Pressed<'_, L> {
         let zero = self.kept.1.constant(0.0);
         let inverse = self.rows.solve(&Mat6::identity(zero.constant(1.0)));
         self.found = (inverse, margin(&inverse));
-        let pull = self.wall.pull(self.problem.rod, &self.workspace.tip);
+        let pull = self.wall.pull(self.problem.rod, &self.workspace.tip, Vec3::splat(zero));
         let presses = pull.lt(zero.constant(WALL_LEAST_PULL));
         // At a turn the margin is none.
         let calm = !(self.comes & leaps(self.found.1, self.kept.1));

@@ -241,7 +241,7 @@ impl<L: Lane> Wall<L> {
     #[inline(always)]
     pub fn agrees(&self, rod: &Rod<L>, tip: &State<L>) -> L::Mask {
         let zero = self.radius.constant(0.0);
-        let is_pressed = !zero.lt(self.pull(rod, tip));
+        let is_pressed = !zero.lt(self.pull(rod, tip, Vec3::splat(zero)));
         (self.touching & is_pressed) | self.lets_be(tip, zero)
     }
 
@@ -253,11 +253,11 @@ impl<L: Lane> Wall<L> {
         !self.touching & is_before
     }
 
-    /// By how much a sliding tip is pulled: none of a held one. W2
+    /// By how much a sliding tip is pulled once the force has changed by `df`: none of a held one. W2
     #[inline(always)]
-    pub fn pull(&self, rod: &Rod<L>, tip: &State<L>) -> L {
+    pub fn pull(&self, rod: &Rod<L>, tip: &State<L>, df: Vec3<L>) -> L {
         let zero = self.radius.constant(0.0);
-        if self.kind.sticks { zero } else { -dot(self.near(tip.p).normal, self.force(rod, tip)) }
+        if self.kind.sticks { zero } else { -dot(self.near(tip.p).normal, self.force(rod, tip) + df) }
     }
 
     /// How those rows follow the load at the base, from how pose and load at the tip do. W3

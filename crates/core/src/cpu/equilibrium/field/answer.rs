@@ -221,9 +221,22 @@ fn write<L: VaryingPasses>(
     let mut status = L::select(stable, code(one, solved), code(one, Status::Unstable));
     let unsolved = L::select(length(tip.p).is_finite(), code(one, Status::NotConverged), code(one, Status::NonFinite));
     let mut converged = converged & within_reach;
-    if let Some(wall) = wall.filter(|_| care) {
-        // A tip that just touches is behind its wall by what the row may be off.
-        converged = converged & (wall.touching | wall.lets_be(&check.tip, error * rod.length()));
+    let meeting = wall.map(|wall| {
+        // Round-off of the contact force is that of the pose, by how much more the force follows the residual.
+        let mut square = one;
+        for x in workspace.matrix.times(&inverse).0[..3].as_flattened() {
+            square = x.mul_add(*x, square);
+        }
+        let noise = of_pose * square.sqrt() / responses;
+        let answered = Answered { p, check: check.tip, fine: tip, step, left, share, noise };
+        answered.meeting(rod, wall, &workspace.matrix)
+    });
+    let mut left_wall = one.lt(zero);
+    if let (Some(wall), Some(meeting)) = (wall.filter(|_| care), &meeting) {
+        // A tip that just touches is behind its wall, or pulled by it, by what the row may be off.
+        let lets_be = wall.lets_be(&check.tip, error * rod.length());
+        left_wall = converged & meeting.pulls(wall);
+        converged = converged & (lets_be | (wall.touching & !left_wall));
     }
     status = L::select(converged, status, unsolved);
     status = L::select(is_inside, status, code(one, Status::OutsideMap));
@@ -239,6 +252,10 @@ fn write<L: VaryingPasses>(
         status = L::select(through, code(one, Status::ThroughWall), status);
     }
     let mut status = L::select(end.reached, status, lost);
+    // A tip that has left its wall on the way has jumped there.
+    let jumped = end.reached & left_wall;
+    status = L::select(jumped, code(one, Status::Fold), status);
+    let lambda = L::select(jumped, one + one, end.lambda);
     if let Some(wall) = wall
         && !care
     {
@@ -268,7 +285,7 @@ fn write<L: VaryingPasses>(
     out.store(Quantity::StabilityMargin.column(), L::select(stable, margin, -margin));
     out.store(Quantity::StabilityIndex.column(), L::select(is_equilibrium, index, one.constant(NO_EQUILIBRIUM)));
     out.store(Quantity::Iterations.column(), end.passes);
-    out.store(Quantity::LoadFraction.column(), end.lambda);
+    out.store(Quantity::LoadFraction.column(), lambda);
     out.store(Quantity::LoadFractionError.column(), end.load_error);
     out.store(Quantity::Status.column(), status);
 
@@ -281,15 +298,9 @@ fn write<L: VaryingPasses>(
     let derivative_error = (both * one.constant(of_columns)).max(one.constant(floor)) + noise;
     out.store(Quantity::DerivativeError.column(), derivative_error);
     write_rows(problem, end, workspace, out);
-    let (check, fine) = (check.tip, tip);
-    // Round-off of the contact force is that of the pose, by how much more the force follows the residual.
-    let mut square = one;
-    for x in workspace.matrix.times(&inverse).0[..3].as_flattened() {
-        square = x.mul_add(*x, square);
+    if let (Some(meeting), Some(wall)) = (meeting, &workspace.wall) {
+        write_contact(problem, &meeting, body_gap, wall, out);
     }
-    let noise = of_pose * square.sqrt() / responses;
-    let answered = Answered { p, check, fine, step, left, share, noise, body_gap };
-    write_contact(problem, &answered, workspace, out);
 }
 
 #[inline(always)]
