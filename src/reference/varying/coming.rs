@@ -6,7 +6,7 @@
 use super::contact::{Balance, Contact, Touch, of_base};
 use super::hessian::{Stability, stability};
 use super::passage::{Passage, combined};
-use super::ramp::{APPROACH, End, LITTLE_STEP, RATIO, SMALL_LOAD, SOFT};
+use super::ramp::{APPROACH, End, FOLD_MARGIN, LITTLE_STEP, RATIO, SMALL_LOAD, SOFT};
 use super::shooting::pass_by_sections;
 use super::state::{BaseLoad, Column, Varying};
 use crate::reference::answer;
@@ -15,6 +15,7 @@ use crate::reference::ramp::{
     ALIKE, ARRIVED, ARRIVED_TURN, CONTRACTION, CORRECTION, CORRECTION_TURN, FIRST_TURN, LITTLE_LOAD, MOST_PASSES,
     QUICK, SECTIONS, SMALLEST_STEP, TOLERANCE, differs_widely, twice,
 };
+use crate::reference::stability::margin;
 use nalgebra::{DVector, Matrix3, Vector3};
 
 /// The error of one integration step may have grown to this at the tip.
@@ -72,12 +73,15 @@ struct Step {
     passage: Passage,
     leeway: f64,
     least: f64,
+    margin: f64,
     fast: bool,
 }
 
 enum Refused {
     TooNear,
     Outside,
+    /// The wall would pull a tip that slides.
+    Pulled,
     Other,
 }
 
@@ -117,12 +121,12 @@ impl Coming<'_> {
             Ok(first) => first,
             Err(Refused::TooNear) => return Way { end: End::TooNear, ..way },
             Err(Refused::Outside) => return Way { end: End::Outside, ..way },
-            Err(Refused::Other) => return way,
+            Err(Refused::Pulled | Refused::Other) => return way,
         };
         let mut step = self.first_step(&last);
         let mut tangents = Tangents(Vec::new());
         tangents.add(0.0, &last.tangent);
-        let (mut too_near, mut outside) = (false, false);
+        let (mut too_near, mut outside, mut pulled) = (false, false, false);
         while way.tau < 1.0 {
             if way.passes >= MOST_PASSES {
                 return Way { end: End::GaveUp, ..way };
@@ -132,7 +136,7 @@ impl Coming<'_> {
             let found = self.correct(tau, &way.base, &way.touch, &predicted, &mut integrator, &mut way.passes);
             match found.and_then(|next| if leaps(&next, &last) { Err(Refused::Other) } else { Ok(next) }) {
                 Ok(next) => {
-                    (too_near, outside) = (false, false);
+                    (too_near, outside, pulled) = (false, false, false);
                     way.steps += 1;
                     step = (step * if next.fast { 2.0 } else { 1.0 }).min(self.first_step(&next));
                     if next.least < SOFT {
@@ -148,10 +152,17 @@ impl Coming<'_> {
                 Err(refused) => {
                     too_near |= matches!(refused, Refused::TooNear);
                     outside |= matches!(refused, Refused::Outside);
+                    pulled |= matches!(refused, Refused::Pulled);
                     step = 0.5 * (tau - way.tau);
                     if step < self.pace * SMALLEST_STEP * way.tau.max(LITTLE_LOAD) {
-                        let end = if too_near { End::TooNear } else { End::Fold };
-                        return Way { end: if outside && !too_near { End::Outside } else { end }, ..way };
+                        let end = match (too_near, outside) {
+                            (true, _) => End::TooNear,
+                            (_, true) => End::Outside,
+                            // Far from singular no wall makes a rod snap, unless its tip jumps from the wall.
+                            _ if last.margin > FOLD_MARGIN && !pulled => End::GaveUp,
+                            _ => End::Fold,
+                        };
+                        return Way { end, ..way };
                     }
                 }
             }
@@ -203,7 +214,7 @@ impl Coming<'_> {
             if size <= ARRIVED * (1.0 + base.norm()) && turn <= ARRIVED_TURN {
                 *passes += 1;
                 if !self.contact.sticks() && touch.strength[0] < -ARRIVED {
-                    return Err(Refused::Other);
+                    return Err(Refused::Pulled);
                 }
                 let found = stability(self.rod, &base, Some(&touch.hold(p)), integrator).ok_or(Refused::Other)?;
                 let Stability { leeway, inside, .. } = found;
@@ -216,7 +227,8 @@ impl Coming<'_> {
                 let least = found.least_eigenvalue().ok_or(Refused::Other)?;
                 let tangent = balance.answer(&self.by_tau(&touch)).ok_or(Refused::Other)?;
                 let (base, touch) = (base.moved(&by), touch.moved(&step));
-                return Ok(Step { base, touch, tangent, passage, leeway, least, fast: share < QUICK });
+                let margin = margin(balance.moment_inverse(), false);
+                return Ok(Step { base, touch, tangent, passage, leeway, least, margin, fast: share < QUICK });
             }
             // Also false for NaN.
             let contracts = size <= allowed && turn <= allowed_turn;

@@ -20,7 +20,7 @@ pub(super) const SOFT: f64 = 0.5;
 pub(super) const RATIO: f64 = 2.5;
 /// A path that ends while it is above this share has met no fold; nor has one that ends with a larger margin than `FOLD_MARGIN`.
 const AT_FOLD: f64 = 0.25;
-const FOLD_MARGIN: f64 = 0.25;
+pub(super) const FOLD_MARGIN: f64 = 0.25;
 /// No load step need be smaller for its sake.
 pub(super) const LITTLE_STEP: f64 = 1e-4;
 /// Corrections are measured against this change of the base load at least, where hardly any is predicted.

@@ -16,7 +16,7 @@ use crate::cpu::rod::program::Resolution;
 use crate::cpu::simd::lane::{Lane, Scalar};
 use crate::model::CoilLoad;
 use crate::model::tolerances::{
-    AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, FIELD_PASS_LIMIT, FIRST_BEND, NEAR_MARGIN,
+    AIM, CONTRACTION, CORRECTIONS, CURVE_TOLERANCE, DEPARTURE, FIELD_PASS_LIMIT, FIRST_BEND, FOLD_MARGIN, NEAR_MARGIN,
     NODE_LEAST_RATIO, NODE_MOST_RATIO, NODE_RETREAT, SPENT, TRUST, WALL_LEAST_PULL, WALL_LEAST_SHARP_PULL,
     WALL_SMALLEST_SHARP_STEP, WALL_SMALLEST_STEP,
 };
@@ -97,7 +97,7 @@ pub fn press<L: VaryingPasses>(
     let (mut arrived, mut failed, mut exhausted) = (nobody, nobody, nobody);
     let mut slope = (none, none);
     let mut last_margin = one;
-    let mut begun = nobody;
+    let (mut begun, mut pulled) = (nobody, nobody);
     loop {
         let active = comes & !(arrived | failed);
         if !L::any(active) {
@@ -131,6 +131,7 @@ pub fn press<L: VaryingPasses>(
         let stable = stable & (!leaps(margin, last_margin) | !begun);
         let pull = wall.pull(rod, &tip, workspace.matrix.on(dn, dm).0);
         let presses = pull.lt(least_pull);
+        pulled = (pulled & !(converged & presses)) | (converged & !presses);
         let clear = zero.lt(workspace.leeway) & zero.lt(workspace.inside);
         let accept = converged & stable & presses & clear;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));
@@ -171,6 +172,9 @@ pub fn press<L: VaryingPasses>(
     }
     wall.set_out(none, zero);
     let lost = comes & !arrived;
+    // Far from singular no wall makes a rod snap, unless its tip jumps from the wall.
+    let snaps = pulled | last_margin.lt(one.constant(FOLD_MARGIN));
+    exhausted = exhausted | (lost & !snaps);
     end.base = select::<L>(comes, accepted, end.base);
     end.inverse = Mat6::select(comes, &inverse, &end.inverse);
     end.lambda = L::select(lost, one + tau, end.lambda);
