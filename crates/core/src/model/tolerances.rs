@@ -69,7 +69,7 @@ pub const WALL_SMALLEST_STEP: f64 = 6e-5;
 pub const THROUGH_WALL: f64 = 1e-6;
 /// A wall that pulls a sliding tip by less than this (plan units of force) has only come to it.
 pub const WALL_LEAST_PULL: f64 = 1e-3;
-/// The same with care in double precision.
+/// A path with care in double precision takes a wall that pulls a sliding tip by less than this (plan units of force) for one that touches it.
 pub const WALL_LEAST_SHARP_PULL: f64 = 1e-6;
 /// Such a step may change the inverse square of the margin by this factor at most: the margin twofold.
 pub const WIDENING: f64 = 4.0;

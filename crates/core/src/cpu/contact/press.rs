@@ -131,7 +131,7 @@ pub fn press<L: VaryingPasses>(
         let stable = stable & (!leaps(margin, last_margin) | !begun);
         let pull = wall.pull(rod, &tip, workspace.matrix.on(dn, dm).0);
         let presses = pull.lt(least_pull);
-        pulled = (pulled & !(converged & presses)) | (converged & !presses);
+        pulled = (pulled & !converged) | (converged & !presses);
         let clear = zero.lt(workspace.leeway) & zero.lt(workspace.inside);
         let accept = converged & stable & presses & clear;
         let go_on = active & !converged & contracting & corrections.lt(one.constant(CORRECTIONS));

@@ -253,9 +253,8 @@ fn write<L: VaryingPasses>(
     }
     let mut status = L::select(end.reached, status, lost);
     // A tip that has left its wall on the way has jumped there.
-    let jumped = end.reached & left_wall;
-    status = L::select(jumped, code(one, Status::Fold), status);
-    let lambda = L::select(jumped, one + one, end.lambda);
+    status = L::select(left_wall, code(one, Status::Fold), status);
+    let lambda = L::select(left_wall, one + one, end.lambda);
     if let Some(wall) = wall
         && !care
     {
